@@ -13,6 +13,7 @@
 #include "base/measure.h"
 #include "os/clock.h"
 #include "os/environment.h"
+#include "os/shared_memory.h"
 #include "router/config/load.h"
 #include "router/config/networks.h"
 #include "router/config/options.h"
@@ -47,6 +48,8 @@ using namespace std::chrono_literals;
 constexpr int kCannotStart = 1;
 constexpr int kWrongUsage = 2;
 constexpr Duration kDrainTime = 2s;
+constexpr Duration kShortDrainTime = 100ms;  // while the others wait for the next router
+constexpr const char* kHandoverName = "links";
 constexpr std::size_t kWaitingBytesMin = 256 << 20;  // address space, not memory
 constexpr std::size_t kFullQueues = 16;              // number of full queues that fit into it
 
@@ -201,6 +204,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     }
     manager_.ready();
     loop_.run();
+    if (hands_over_) leave_links(os::now());
     links_.stop();
     log_.info("stopped");
     return 0;
@@ -296,6 +300,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   }
 
   void finish_turn(Time now) {
+    links_.look_who_is_back(now);
     router_.flush(now);
     if (admin_.has_work(now) || tracer_.has_records()) answer(now);
     links_.release();
@@ -487,6 +492,10 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     for (const std::string& name : manager_.sockets().forget_rest())
       log_.info("the service manager's socket " + name + " is in no setting: closed");
     links_.configure(os::now(), c);
+    if (former_) {
+      const std::size_t links = links_.restore(os::now(), std::move(*former_));
+      log_.info(fmt::format("links that go on from the former router: {}", links));
+    }
     for (const std::string& caution : config::cautions(c)) log_.warning(caution);
     if (const auto exposed = exposed_ports(); !exposed.empty())
       log_.warning(
@@ -540,7 +549,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
       process_.udp = *where;
       log_.info("listening udp " + *where);
     }
-    const auto by_tcp = links_.open_tcp(c);
+    const auto by_tcp = links_.open_tcp(c, manager_.sockets());
     if (!by_tcp) {
       return Error(by_tcp.error().code(),
                    cannot_listen("udp.listen", c.udp.listen->to_string(), by_tcp.error()));
@@ -582,6 +591,40 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     router_.stop_accepting();
     drain_deadline_ = now + kDrainTime;
     loop_.end_turn(now);
+  }
+
+  // For a restart: the links are left to the next router, to which its host's programs connect.
+  void hand_over() {
+    if (drain_deadline_ != kNever) return;
+    const Time now = os::now();
+    manager_.stopping();
+    log_.info("stopping for a restart");
+    hands_over_ = true;
+    router_.stop_accepting();
+    drain_deadline_ = now + kShortDrainTime;
+    loop_.end_turn(now);
+  }
+
+  void leave_links(Time now) {
+    const auto memory = os::make_memfd(kHandoverName, links_.save(now));
+    if (!memory) log_.error("links are not left to the next router: " + memory.error().detail());
+    if (memory && manager_.sockets().keep_memory(kHandoverName, memory->get())) return;
+    log_.info("nobody keeps the links for the next router: they end");
+    if (links_.is_open()) links_.end(now);
+  }
+
+  // What the former router has left; empty: this one starts anew.
+  std::optional<link::Handover> inherit() {
+    const os::File memory = manager_.sockets().take_memory(kHandoverName);
+    if (!memory) return std::nullopt;
+    const auto bytes = os::read_memfd(memory, link::Handover::kBytesMax);
+    auto former = bytes ? link::Handover::decode(os::now(), *bytes) : bytes.error();
+    if (former && former->self != identity(configuration_.config, former->self.epoch))
+      former = Error(Errc::kInvalidArgument, "it was left by a router with other settings");
+    if (former) return std::move(*former);
+    log_.warning("links begin anew, since what the former router has left cannot be used: " +
+                 former.error().detail());
+    return std::nullopt;
   }
 
   void reload() {
@@ -631,19 +674,22 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   config::Loaded configuration_;
   const io::Arguments& arguments_;
-  const std::uint64_t epoch_ = random_number();
+  io::Log log_{configuration_.config.log.level};
+  io::Loop loop_;
+  io::Service manager_{loop_};
+  std::optional<link::Handover> former_ = inherit();  // until the links are restored
+  // For the others, a router that goes on is the same one.
+  const std::uint64_t epoch_ = former_ ? former_->self.epoch : random_number();
   const Time started_ = os::now();
   io::ProcessReport process_{.version = TIMS_VERSION,
                              .pid = static_cast<std::uint32_t>(::getpid()),
                              .uid = ::getuid(),
                              // Values that never change, and the listening addresses.
                              .epoch = epoch_};
-  io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
   std::optional<io::MemberKeys> keys_;  // empty: without keys
   bool list_is_old_ = false;
   std::vector<security::Certificate> believed_;  // roots, when the keys were taken last
-  io::Loop loop_;
   std::unique_ptr<io::TlsGate> gate_;   // null: without keys
   std::optional<io::Renewal> renewal_;  // empty: without keys, or at the base
   config::Networks plain_networks_ = plain_networks(configuration_.config);  // TCP without TLS
@@ -662,7 +708,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                        {.path = configuration_.config.unix.path,
                         .everybody = configuration_.config.unix.everybody,
                         .router = router_settings(configuration_.config, epoch_).address,
-                        .epoch = epoch_,
+                        .epoch = random_number(),
                         .message_max = configuration_.config.message.bytes_max}};
   io::TcpPort tcp_{loop_,
                    router_,
@@ -694,9 +740,12 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::AdminService admin_{*this};
   bool admin_has_turn_ = false;  // posted
   io::Tracer tracer_;
-  io::Service manager_{loop_};
-  io::Signals signals_{loop_, {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};
+  io::Signals signals_{loop_,
+                       {.stop = [this] { stop(); },
+                        .reload = [this] { reload(); },
+                        .hand_over = [this] { hand_over(); }}};
   Time drain_deadline_ = kNever;  // set when shutdown begins
+  bool hands_over_ = false;
 };
 
 // The system refuses memory, because of a limit or because there is none. What was begun cannot be

@@ -1,5 +1,6 @@
 #include "os/shared_memory.h"
 
+#include <cerrno>
 #include <utility>
 
 #include <fcntl.h>
@@ -61,6 +62,36 @@ Result<File> make_memfd(const std::string& name, std::uint64_t size) {
   if (::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     return system_error("sealing shared memory");
   return file;
+}
+
+Result<File> make_memfd(const std::string& name, std::span<const std::byte> bytes) {
+  File file(::memfd_create(name.c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  if (!file) return system_error("memfd_create");
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file.get(), bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return system_error("writing to memory");
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  constexpr int kAll = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL;
+  if (::fcntl(file.get(), F_ADD_SEALS, kAll) != 0) return system_error("sealing memory");
+  return file;
+}
+
+Result<std::vector<std::byte>> read_memfd(const File& memfd, std::size_t bytes_max) {
+  struct stat status {};
+  if (::fstat(memfd.get(), &status) != 0) return system_error("fstat");
+  if (static_cast<std::uint64_t>(status.st_size) > bytes_max)
+    return Error(Errc::kTooBig, std::to_string(status.st_size) + " bytes of memory");
+  std::vector<std::byte> bytes(static_cast<std::size_t>(status.st_size));
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t got =
+        ::pread(memfd.get(), bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return system_error("reading memory");
+    at += static_cast<std::size_t>(got);
+  }
+  return bytes;
 }
 
 void wake_sleeper(const shm::Sender& sender, std::uint32_t sleep, Waker waker) {

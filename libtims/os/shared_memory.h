@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "os/file.h"
 #include "shm/sender.h"
@@ -49,6 +50,11 @@ class Mapping {
 
 // Creates a zeroed memfd of `size` bytes whose size can no longer change.
 Result<File> make_memfd(const std::string& name, std::uint64_t size);
+
+// A memfd with these bytes, which can no longer change.
+Result<File> make_memfd(const std::string& name, std::span<const std::byte> bytes);
+// The content of a memfd. kTooBig: it has more than `bytes_max`.
+Result<std::vector<std::byte>> read_memfd(const File& memfd, std::size_t bytes_max);
 
 // How the owner of a mailbox is woken; descriptor -1: by its futex.
 struct Waker {

@@ -4,11 +4,13 @@
 #include <array>
 #include <charconv>
 #include <cstdlib>
+#include <string_view>
 #include <utility>
 
 #include <fcntl.h>
 #include <netdb.h>
 #include <netinet/in.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -62,34 +64,58 @@ int number_in(const char* name) {
   return number;
 }
 
+bool is_memory(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+}
+
+// Takes the first name off a list with colons between them.
+std::string take_name(std::string_view& names) {
+  const std::size_t end = std::min(names.find(':'), names.size());
+  const std::string name(names.substr(0, end));
+  names.remove_prefix(std::min(end + 1, names.size()));
+  return name;
+}
+
 }  // namespace
 
-SocketStore::SocketStore(ServiceManager& manager, std::vector<File> inherited)
+SocketStore::SocketStore(ServiceManager& manager, Inherited inherited)
     : manager_(manager), inherited_(std::move(inherited)) {}
 
-std::vector<File> SocketStore::inherited() {
+SocketStore::Inherited SocketStore::inherited() {
+  const std::string all_names = environment("LISTEN_FDNAMES");
+  std::string_view names = all_names;
   const bool is_for_us = number_in("LISTEN_PID") == ::getpid();
   const int count = is_for_us ? std::clamp(number_in("LISTEN_FDS"), 0, kInheritedMax) : 0;
   for (const char* name : {"LISTEN_PID", "LISTEN_FDS", "LISTEN_FDNAMES"})
     ::unsetenv(name);  // NOLINT(concurrency-mt-unsafe)
-  std::vector<File> sockets;
+  Inherited inherited;
   for (int number = kFirstInherited; number < kFirstInherited + count; ++number) {
     File file(number);
+    const std::string name = take_name(names);
     ::fcntl(number, F_SETFD, FD_CLOEXEC);
+    if (is_memory(number)) {
+      inherited.memory.insert_or_assign(name, std::move(file));
+      continue;
+    }
     ::fcntl(number, F_SETFL, ::fcntl(number, F_GETFL) | O_NONBLOCK);
-    if (!name_of(number).empty()) sockets.push_back(std::move(file));
+    if (!name_of(number).empty()) inherited.sockets.push_back(std::move(file));
   }
-  return sockets;
+  return inherited;
 }
 
 File SocketStore::take(int type, const sockaddr& address) {
   const std::string wanted = name_of(type, address);
-  const auto found = std::ranges::find_if(inherited_, [&](const File& file) {
+  const auto is_wanted = [&](const File& file) {
     return type_of(file.get()) == type && name_of(file.get()) == wanted;
-  });
-  if (found == inherited_.end()) return {};
+  };
+  std::vector<File>& sockets = inherited_.sockets;
+  const auto found = std::ranges::find_if(sockets, is_wanted);
+  if (found == sockets.end()) return {};
   File taken = std::move(*found);
-  inherited_.erase(found);
+  sockets.erase(found);
+  // What a unit for sockets has opened comes before what is stored: the same, or what it replaces.
+  if (std::erase_if(sockets, is_wanted) > 0) manager_.forget(without_colons(wanted));
   return taken;
 }
 
@@ -106,12 +132,24 @@ bool SocketStore::keep(int socket) {
   return manager_.keep(without_colons(name_of(socket)), socket);
 }
 
+File SocketStore::take_memory(const std::string& name) {
+  const auto found = inherited_.memory.find(name);
+  if (found == inherited_.memory.end() || !manager_.forget(name)) return {};
+  File taken = std::move(found->second);
+  inherited_.memory.erase(found);
+  return taken;
+}
+
+bool SocketStore::keep_memory(const std::string& name, int memfd) {
+  return manager_.keep(name, memfd);
+}
+
 std::vector<std::string> SocketStore::forget_rest() {
   std::vector<std::string> names;
-  for (const File& file : std::exchange(inherited_, {})) {
-    names.push_back(without_colons(name_of(file.get())));
-    manager_.forget(names.back());
-  }
+  const Inherited rest = std::exchange(inherited_, {});
+  for (const File& file : rest.sockets) names.push_back(without_colons(name_of(file.get())));
+  for (const auto& [name, file] : rest.memory) names.push_back(name);
+  for (const std::string& name : names) manager_.forget(name);
   return names;
 }
 

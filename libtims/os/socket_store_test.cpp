@@ -1,7 +1,10 @@
 #include "os/socket_store.h"
 
+#include <array>
+#include <cstddef>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -10,7 +13,9 @@
 #include <unistd.h>
 
 #include "os/service_manager.h"
+#include "os/shared_memory.h"
 #include "os/socket.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tims::os {
 
@@ -42,7 +47,9 @@ File listen_tcp(TcpAddress& address, int family = AF_INET) {
 
 class SocketStoreTest : public testing::Test {
  protected:
-  SocketStore store_of(std::vector<File> inherited) { return {manager_, std::move(inherited)}; }
+  SocketStore store_of(std::vector<File> inherited) {
+    return {manager_, {.sockets = std::move(inherited)}};
+  }
 
   ServiceManager manager_{std::string()};
 };
@@ -105,11 +112,59 @@ TEST_F(SocketStoreTest, WithoutAServiceManagerNothingIsKept) {
   EXPECT_FALSE(store_of({}).keep(socket.get()));
 }
 
+// That of a unit for sockets comes first, then what is stored: perhaps of a file that is gone.
+TEST_F(SocketStoreTest, OfTwoWithOneAddressTheFirstIsTakenAndTheOtherClosed) {
+  TcpAddress address;
+  std::vector<File> inherited;
+  inherited.push_back(listen_tcp(address));
+  inherited.emplace_back(::dup(inherited.front().get()));
+  const int first = inherited.front().get();
+  SocketStore store = store_of(std::move(inherited));
+  EXPECT_EQ(store.take(SOCK_STREAM, address.get()).get(), first);
+  EXPECT_THAT(store.forget_rest(), IsEmpty());
+}
+
+SocketStore::Inherited left_memory() {
+  SocketStore::Inherited inherited;
+  const std::array<std::byte, 3> content{std::byte{1}, std::byte{2}, std::byte{3}};
+  inherited.memory.emplace("links", make_memfd("test", content).value());
+  return inherited;
+}
+
+// The next run must not get it again, after this one has used it.
+TEST_F(SocketStoreTest, MemoryIsTakenOnceAndFromTheManager) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() / "notify";
+  const File receiver(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(receiver.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  ServiceManager manager(path);
+  SocketStore store(manager, left_memory());
+  EXPECT_FALSE(store.take_memory("other"));
+  const File memory = store.take_memory("links");
+  ASSERT_TRUE(memory);
+  EXPECT_FALSE(store.take_memory("links"));
+  std::array<char, 100> text{};
+  ASSERT_GT(::recv(receiver.get(), text.data(), text.size(), MSG_DONTWAIT), 0);
+  EXPECT_STREQ(text.data(), "FDSTOREREMOVE=1\nFDNAME=links");
+  EXPECT_EQ(read_memfd(memory, 3)->size(), 3U);
+  EXPECT_EQ(read_memfd(memory, 2).error().code(), Errc::kTooBig);
+  EXPECT_LT(::write(memory.get(), "x", 1), 0) << "sealed";
+}
+
+TEST_F(SocketStoreTest, MemoryThatTheManagerKeepsIsNotTaken) {
+  SocketStore store(manager_, left_memory());
+  EXPECT_FALSE(store.take_memory("links"));
+  EXPECT_THAT(store.forget_rest(), ElementsAre("links"));
+}
+
 // Variables that are meant for another process, for example for the one that has started us.
 TEST_F(SocketStoreTest, SocketsOfAnotherProcessAreNotTaken) {
   ::setenv("LISTEN_PID", "1", 1);  // NOLINT(concurrency-mt-unsafe)
   ::setenv("LISTEN_FDS", "1", 1);  // NOLINT(concurrency-mt-unsafe)
-  EXPECT_THAT(SocketStore::inherited(), IsEmpty());
+  EXPECT_THAT(SocketStore::inherited().sockets, IsEmpty());
   EXPECT_EQ(::getenv("LISTEN_FDS"), nullptr);  // NOLINT(concurrency-mt-unsafe)
 }
 

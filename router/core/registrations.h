@@ -4,6 +4,7 @@
 // that were lost with their link (MissingRouters).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -181,7 +183,15 @@ class ExportedTable {
   [[nodiscard]] std::uint32_t hash() const { return hash_; }
   [[nodiscard]] std::uint32_t size() const { return size_; }
   // True when all changes after number `n` are still stored.
-  [[nodiscard]] bool remembers(std::uint32_t n) const { return number_ - n <= kRemembered; }
+  [[nodiscard]] bool remembers(std::uint32_t n) const {
+    return number_ - n <= std::min(kRemembered, number_ - first_);
+  }
+  // The table goes on from that of the former router, which had this number; `changed`: the
+  // addresses that are different.
+  void continue_at(std::uint32_t number, std::span<const Address> changed) {
+    number_ = first_ = number;
+    for (const Address address : changed) note(address);
+  }
   // The address that change number `n` affected. Precondition: remembers(n - 1).
   [[nodiscard]] Address changed(std::uint32_t n) const { return (*changed_)[n % kRemembered]; }
 
@@ -189,6 +199,7 @@ class ExportedTable {
   void note(Address address) { (*changed_)[++number_ % kRemembered] = address; }
 
   std::uint32_t number_ = 0;
+  std::uint32_t first_ = 0;  // changes up to here are not stored
   std::uint32_t hash_ = 0;
   std::uint32_t size_ = 0;
   std::unique_ptr<std::array<Address, kRemembered>> changed_;
@@ -270,6 +281,10 @@ class Registrations {
   std::optional<Waiting> take_waiting(Address address);
   [[nodiscard]] std::optional<Origin> waiting_origin(Address address, ClientId link) const;
   [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
+  [[nodiscard]] bool has_waiting(ClientId link) const {
+    return std::ranges::any_of(waiting_,
+                               [&](const auto& entry) { return entry.second.link == link; });
+  }
 
  private:
   void insert(Time now, Client& owner, Address address, std::uint32_t number);

@@ -579,6 +579,16 @@ std::optional<Origin> Router::exported(Address address) const {
   return registrations_.origin(owner, *entry);
 }
 
+void Router::continue_table(std::uint32_t number, std::span<const Address> former) {
+  std::vector<Address> changed;
+  for (const Address address : former)
+    if (!exported(address)) changed.push_back(address);
+  for_each_exported([&](Address address, const Origin&) {
+    if (!std::ranges::binary_search(former, address)) changed.push_back(address);
+  });
+  registrations_.exported_table().continue_at(number, changed);
+}
+
 bool Router::learn(Time now, ClientId link, Address address, const Origin& origin) {
   Client* from = clients_.find(link);
   if (from == nullptr || address == text_sink()) return false;

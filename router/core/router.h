@@ -211,6 +211,8 @@ class Router {
   bool learn(Time now, ClientId link, Address address, const Origin& origin);
   void forget(Time now, ClientId link, Address address);
   void forget_all(Time now, ClientId link);
+  // Whether announcements of the link wait for their address.
+  [[nodiscard]] bool has_waiting(ClientId link) const { return registrations_.has_waiting(link); }
   // The link's current announcement of this address, whether the link owns it or waits for it.
   [[nodiscard]] std::optional<Origin> announced(ClientId link, Address address) const;
   // A message that was handed to a link, and that the link has lost or dropped.
@@ -224,6 +226,9 @@ class Router {
   [[nodiscard]] const ExportedTable& exported_table() const {
     return registrations_.exported_table();
   }
+  // Goes on from the table of the former router, which had this number and these addresses,
+  // ascending: other routers that know it need the differences only.
+  void continue_table(std::uint32_t number, std::span<const Address> former);
   // Empty when the address is not below this router.
   [[nodiscard]] std::optional<Origin> exported(Address address) const;
   template <typename Visit>  // (Address, const Origin&)

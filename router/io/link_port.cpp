@@ -133,6 +133,7 @@ LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
                    const link::LinksSetup& setup, const std::string& keys, OnList on_list)
     : loop_(loop),
       log_(log),
+      router_(router),
       on_list_(std::move(on_list)),
       handshaker_(keys.empty() ? nullptr : make_handshaker()),
       list_keeper_(keys.empty() ? nullptr : make_list_keeper(keys)),
@@ -242,7 +243,7 @@ Result<void> LinkPort::join(const config::Config& config) {
   return dds_->start(udp_addresses());
 }
 
-Result<std::string> LinkPort::open_tcp(const config::Config& config) {
+Result<std::string> LinkPort::open_tcp(const config::Config& config, os::SocketStore& store) {
   const auto has_it = [](const config::Link& link) { return link.uses(link::PathKind::kTcp); };
   const auto accepts = [&](const config::Link& link) { return has_it(link) && link.accepts(); };
   if (std::ranges::none_of(config.links, has_it)) return std::string();
@@ -255,7 +256,7 @@ Result<std::string> LinkPort::open_tcp(const config::Config& config) {
   }
   if (tcp_->listens() || !socket_ || std::ranges::none_of(config.links, accepts))
     return std::string();
-  const auto where = tcp_->listen({config.udp.listen->host, socket_->local().port});
+  const auto where = tcp_->listen({config.udp.listen->host, socket_->local().port}, &store);
   if (!where) return where.error();
   return where->to_string();
 }
@@ -415,6 +416,35 @@ void LinkPort::end(Time now) {
   if (tcp_) tcp_->flush();
 }
 
+std::vector<std::byte> LinkPort::save(Time now) {
+  back_until_ = now;
+  look_who_is_back(now);
+  return links_.save(now);
+}
+
+std::size_t LinkPort::restore(Time now, link::Handover former) {
+  const std::size_t restored = links_.restore(now, former);
+  former.links.clear();
+  former_ = std::move(former);
+  back_until_ = now + kReturnTime;
+  if (watch_) watch_->set(Interest::kNothing);
+  return restored;
+}
+
+// Otherwise their messages would be answered with NOT_AVAILABLE, and the others would be told that
+// they are gone.
+void LinkPort::look_who_is_back(Time now) {
+  if (!former_) return;
+  std::vector<Address>& awaited = former_->mailboxes;
+  while (!awaited.empty() && router_.find(awaited.back()) != nullptr) awaited.pop_back();
+  if (!awaited.empty() && now < back_until_) return;
+  router_.continue_table(former_->table_number, former_->exported);
+  former_.reset();
+  links_.resume(now);
+  if (watch_) watch_->set(Interest::kReading);
+  continue_later();
+}
+
 void LinkPort::stop() {
   if (dds_) dds_->stop();
 }
@@ -456,11 +486,13 @@ Time LinkPort::next_timeout() const {
   Time next = std::min(links_.next_timeout(), next_resolve_);
   if (!delayed_.empty()) next = std::min(next, delayed_.top().at);
   if (tcp_) next = std::min(next, tcp_->next_timeout());
+  if (former_) next = std::min(next, back_until_);
   return is_open() ? next : kNever;
 }
 
 void LinkPort::on_timeout(Time now) {
   read_wall_clock(now);
+  look_who_is_back(now);
   while (!delayed_.empty() && delayed_.top().at <= now) {
     const Delayed& next = delayed_.top();
     (void)socket_->send({.to = next.to, .bytes = next.bytes, .datagram_size = next.bytes.size()});

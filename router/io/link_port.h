@@ -25,6 +25,7 @@
 #include "router/io/tcp_path.h"
 #include "router/io/waiting_memory.h"
 #include "router/link/fault_injection.h"
+#include "router/link/handover.h"
 #include "router/link/links.h"
 
 namespace tims::io {
@@ -82,7 +83,7 @@ class LinkPort final : private link::LinksShell,
   Result<void> join(const config::Config& config);
   // Prepares the path over TCP for links that have it. Returns the listening address, which is that
   // of UDP; empty: no router connects by it, or it was open before.
-  Result<std::string> open_tcp(const config::Config& config);
+  Result<std::string> open_tcp(const config::Config& config, os::SocketStore& store);
   [[nodiscard]] bool is_open() const { return socket_ || dds_ || tcp_; }
   // Applies the links of the configuration; also after a reload.
   void configure(Time now, const config::Config& config);
@@ -101,6 +102,15 @@ class LinkPort final : private link::LinksShell,
   // Notifies the other routers that this one exits.
   void end(Time now);
   void stop();
+
+  // For the next router, instead of end(): nothing is received or sent afterwards.
+  [[nodiscard]] std::vector<std::byte> save(Time now);
+  // What the former router has left, after configure(): returns the number of links that go on.
+  // They pass datagrams again when the programs of this host are back, or after kReturnTime.
+  std::size_t restore(Time now, link::Handover former);
+  static constexpr Duration kReturnTime = std::chrono::milliseconds(150);
+  // Call at the end of each turn.
+  void look_who_is_back(Time now);
 
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
@@ -160,6 +170,7 @@ class LinkPort final : private link::LinksShell,
 
   Loop& loop_;
   Log& log_;
+  core::Router& router_;
   OnList on_list_;
   std::unique_ptr<TlsHandshaker> handshaker_;  // null: no keys
   std::unique_ptr<ListKeeper> list_keeper_;    // likewise
@@ -173,6 +184,8 @@ class LinkPort final : private link::LinksShell,
   std::optional<TcpPath> tcp_;
   Datagrams datagrams_;
   bool continues_ = false;
+  std::optional<link::Handover> former_;  // until its programs are back
+  Time back_until_{};
 
   Resolver resolver_;
   InterfaceWatch interfaces_;

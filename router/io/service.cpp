@@ -55,6 +55,7 @@ bool may_lock_all() {
 
 Signals::Signals(Loop& loop, Actions actions)
     : actions_(std::move(actions)), signals_(loop.context(), SIGTERM, SIGINT, SIGHUP) {
+  signals_.add(SIGUSR2);
   wait();
 }
 
@@ -62,7 +63,8 @@ void Signals::wait() {
   signals_.async_wait([this](const boost::system::error_code& error, int signal) {
     if (error) return;
     wait();
-    (signal == SIGHUP ? actions_.reload : actions_.stop)();
+    if (signal == SIGHUP) return actions_.reload();
+    (signal == SIGUSR2 ? actions_.hand_over : actions_.stop)();
   });
 }
 

@@ -14,12 +14,14 @@
 
 namespace tims::io {
 
-// Delivers SIGTERM, SIGINT and SIGHUP as calls from the loop. Must exist until the loop has ended.
+// Delivers SIGTERM, SIGINT, SIGHUP and SIGUSR2 as calls from the loop. Must exist until the loop
+// has ended.
 class Signals {
  public:
   struct Actions {
     std::function<void()> stop;
     std::function<void()> reload;
+    std::function<void()> hand_over;  // SIGUSR2: another run of this program follows at once
   };
   Signals(Loop& loop, Actions actions);
   Signals(const Signals&) = delete;

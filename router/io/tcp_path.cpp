@@ -55,8 +55,8 @@ TcpPath::TcpPath(Loop& loop, Log& log, Listener& listener)
 
 TcpPath::~TcpPath() = default;
 
-Result<config::Endpoint> TcpPath::listen(const config::Endpoint& where) {
-  auto listening = acceptor_.listen(where);
+Result<config::Endpoint> TcpPath::listen(const config::Endpoint& where, os::SocketStore* store) {
+  auto listening = acceptor_.listen(where, store);
   is_listening_ = listening.ok();
   return listening;
 }

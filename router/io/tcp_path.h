@@ -48,7 +48,8 @@ class TcpPath final : public link::DatagramSender {
   ~TcpPath() override;
 
   // For routers that connect. Returns the listening address.
-  Result<config::Endpoint> listen(const config::Endpoint& where);
+  // `store`: what may have the socket already, and keeps it; nullptr: nothing.
+  Result<config::Endpoint> listen(const config::Endpoint& where, os::SocketStore* store = nullptr);
   [[nodiscard]] bool listens() const { return is_listening_; }
 
   // Connects to a called router if there is no connection yet. Never refuses: what has no room, and

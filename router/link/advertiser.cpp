@@ -33,6 +33,42 @@ void Advertiser::begin(Time now, core::ClientId client, bool imports) {
   if (imports_) request(now, holding_);
 }
 
+// What is not in the other side's current state is asked for again.
+void Advertiser::save(StateWriter& to) const {
+  const bool all_known = advertised_.number == router_.exported_table().number();
+  to.put(wanted_, scope_);
+  to.put(all_known ? advertised_.number : 0, all_known ? advertised_.hash : 0);
+  const core::Client* client = router_.client(client_);
+  const bool knows_all =
+      imports_ && client != nullptr && !incomplete_ && !router_.has_waiting(client_);
+  to.put(knows_all ? holding_.number : 0, knows_all ? holding_.hash : 0);
+  const auto put = [&](std::uint32_t address, const core::Origin& origin) {
+    to.put(address, origin.router.raw(), origin.epoch, origin.hops);
+  };
+  if (!knows_all) return to.put(std::uint32_t{0});
+  to.put(static_cast<std::uint32_t>(client->mailboxes.size() + refused_.size()));
+  for (const core::OwnedMailbox& mailbox : client->mailboxes)
+    put(mailbox.address.raw(), *held(mailbox.address));
+  for (const auto& [address, origin] : refused_) put(address, origin);
+}
+
+bool Advertiser::restore(Time now, core::ClientId client, bool imports, StateReader& from) {
+  client_ = client;
+  imports_ = imports;
+  wanted_ = from.get<std::uint8_t>() != 0;
+  if (!get_enum(from, Scope::kAll, scope_)) return false;
+  from.get(advertised_.number, advertised_.hash, holding_.number, holding_.hash);
+  for (auto count = from.get<std::uint32_t>(); count > 0 && from.ok(); --count) {
+    const Address address(from.get<std::uint32_t>());
+    core::Origin origin{.router = Address(from.get<std::uint32_t>())};
+    from.get(origin.epoch, origin.hops);
+    if (from.ok() && imports_) add(now, address, origin);
+  }
+  if (!imports_) return from.ok();
+  if (holding_.hash != hash_ || holding_.number == 0) request(now, {});
+  return from.ok();
+}
+
 void Advertiser::end() {
   wanted_ = false;
   advertised_ = holding_ = {};

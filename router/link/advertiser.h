@@ -15,6 +15,7 @@
 
 #include "router/core/router.h"
 #include "router/link/frame.h"
+#include "router/link/handover.h"
 #include "router/link/link_session.h"
 
 namespace tims::link {
@@ -27,6 +28,9 @@ class Advertiser {
   void begin(Time now, core::ClientId client, bool imports);
   // Upper bound on imported mailboxes. The rest is requested again when there is room.
   void set_mailboxes_max(std::uint32_t max) { mailboxes_max_ = max; }
+  // For the next router (handover.h). restore() is in place of begin(); false: no such state.
+  void save(StateWriter& to) const;
+  [[nodiscard]] bool restore(Time now, core::ClientId client, bool imports, StateReader& from);
   // The link is down; imported mailboxes are withdrawn with the client.
   void end();
 

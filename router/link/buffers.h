@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <utility>
@@ -113,6 +114,11 @@ class AgeMarks {
   // Bytes below have the time of oldest().
   [[nodiscard]] std::uint64_t oldest_end() const {
     return marks_.size() > 1 ? marks_[1].offset : UINT64_MAX;
+  }
+  // Time at which the bytes at `offset` were appended; there are some.
+  [[nodiscard]] Time at(std::uint64_t offset) const {
+    const auto later = std::ranges::upper_bound(marks_, offset, {}, &Mark::offset);
+    return later == marks_.begin() ? marks_.front().at : std::prev(later)->at;
   }
   void forget_below(std::uint64_t offset) {
     while (marks_.size() > 1 && marks_[1].offset <= offset) marks_.pop_front();

@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kBlock = core::BlockPool::kBlockSize;
 // One block more than the window, which may start inside a block; rounded up to a power of two.
 constexpr std::size_t kRing = 2 * kLaneWindow / kBlock;
+// Offsets that a router has left to the next one are below: none ever gets there.
+constexpr std::uint64_t kRestoredMax = std::uint64_t{1} << 62;
 
 }  // namespace
 
@@ -189,6 +191,120 @@ void LaneSender::clear(Time now, core::Outcome why) {
   sent_.clear();
   next_ = skip_to_ = skip_acked_ = 0;
   skip_due_ = false;
+}
+
+// --- for the next router
+
+namespace {
+
+// What follows in the state of a lane that sends.
+enum class Saved : std::uint8_t { kEnd, kCommitted, kWaiting };
+
+void save_messages(StateWriter& to, Saved kind, const StreamBuffer& buffer, const AgeMarks& ages) {
+  for (std::uint64_t offset = buffer.begin(); offset < buffer.end();) {
+    std::array<std::byte, kRecordHead> head{};
+    buffer.read(offset, head);
+    const Header header = wire::decode_header(std::span(head).last<kHeaderSize>());
+    to.put(kind, ages.at(offset));
+    const std::span<std::byte> record = to.reserve(record_size(header.length));
+    buffer.read(offset, record);
+    offset += record.size();
+  }
+}
+
+}  // namespace
+
+void LaneSender::save(StateWriter& to) const {
+  to.put(stream_.begin(), skip_to_, skip_acked_);
+  save_messages(to, Saved::kCommitted, stream_, stream_since_);
+  save_messages(to, Saved::kWaiting, waiting_, waiting_since_);
+  to.put(Saved::kEnd);
+}
+
+bool LaneSender::restore(StateReader& from) {
+  std::uint64_t begin = 0;
+  from.get(begin, skip_to_, skip_acked_);
+  if (!from.ok() || begin > kRestoredMax || skip_to_ > begin || skip_acked_ > skip_to_)
+    return false;
+  stream_.reset(begin);
+  next_ = begin;
+  skip_due_ = skip_to_ > skip_acked_;
+  for (Saved kind{}; get_enum(from, Saved::kWaiting, kind) && from.ok();) {
+    if (kind == Saved::kEnd) return true;
+    const Time since = from.time();
+    const auto record = from.bytes();
+    const bool committed = kind == Saved::kCommitted;
+    if (committed && !waiting_.empty()) return false;
+    if (!(committed ? restore_message(stream_, stream_since_, since, record)
+                    : restore_message(waiting_, waiting_since_, since, record)))
+      return false;
+  }
+  return false;
+}
+
+bool LaneSender::restore_message(StreamBuffer& to, AgeMarks& ages, Time since,
+                                 std::span<const std::byte> record) {
+  if (record.size() < kRecordHead) return false;
+  const Header header = wire::decode_header(record.subspan<kRecordPrefix, kHeaderSize>());
+  if (header.length < kHeaderSize || record_size(header.length) != record.size() ||
+      !to.has_room(record.size() + 2 * kBlock))
+    return false;
+  const bool late = RecordPrefix::decode(record.first<kRecordPrefix>()).late;
+  if (&to == &stream_ && lifetimes_ != nullptr && !late) add_deadline(header, since);
+  ages.add(to.end(), since);
+  to.append(record);
+  return true;
+}
+
+// The beginning of a message, and what arrived out of order.
+void LaneReceiver::save(StateWriter& to) const {
+  const std::size_t head = body_ ? kRecordPrefix : head_size_;
+  const std::size_t size = body_ ? body_size_ : 0;
+  to.put(next_ - head - size, static_cast<std::uint64_t>(discarded_), begun_);
+  const std::span<std::byte> begun = to.reserve(head + size);
+  std::ranges::copy(std::span(head_).first(head), begun.begin());
+  if (size > 0) std::ranges::copy(body_.bytes().first(size), begun.begin() + kRecordPrefix);
+  to.put(static_cast<std::uint16_t>(early_.ranges().size()));
+  for (const Range& range : early_.ranges()) {
+    to.put(range.begin, early_since_.at(range.begin));
+    std::span<std::byte> bytes = to.reserve(range.size());
+    for (std::uint64_t at = range.begin; at < range.end;) {
+      const std::size_t part = std::min<std::uint64_t>(kBlock - at % kBlock, range.end - at);
+      std::memcpy(bytes.data(),
+                  reassembly_.pool.at(early_blocks_[at / kBlock % kRing]) + at % kBlock, part);
+      bytes = bytes.subspan(part);
+      at += part;
+    }
+  }
+}
+
+// Nothing is handed on here: what is early stays so until the next bytes arrive.
+bool LaneReceiver::restore(Time now, StateReader& from) {
+  std::uint64_t discarded = 0;
+  from.get(next_, discarded);
+  const Time begun = from.time();
+  const auto bytes = from.bytes();
+  if (!from.ok() || next_ > kRestoredMax || discarded > reassembly_.message_max ||
+      (discarded > 0 && !bytes.empty()))
+    return false;
+  constexpr std::size_t kPart = 64 << 10;
+  for (std::size_t at = 0; at < bytes.size(); at += kPart) {
+    const auto part = bytes.subspan(at, std::min(kPart, bytes.size() - at));
+    std::vector<std::byte> copy(part.begin(), part.end());
+    if (on_bytes(now, next_, copy) != Verdict::kTaken) return false;
+  }
+  begun_ = begun;
+  discarded_ = discarded;
+  for (auto ranges = from.get<std::uint16_t>(); ranges > 0; --ranges) {
+    const auto offset = from.get<std::uint64_t>();
+    const Time since = from.time();
+    const auto early = from.bytes();
+    const std::uint64_t window = control_ ? kControlWindow : kLaneWindow;
+    if (!from.ok() || early.empty() || offset < next_ || offset > kRestoredMax ||
+        offset + early.size() > next_ + window || !keep_early(since, offset, early))
+      return false;
+  }
+  return from.ok();
 }
 
 // --- receiving

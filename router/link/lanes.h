@@ -23,6 +23,7 @@
 #include "router/core/byte_chain.h"
 #include "router/link/buffers.h"
 #include "router/link/frame.h"
+#include "router/link/handover.h"
 
 namespace tims::link {
 
@@ -108,7 +109,14 @@ class LaneSender {
   // Drops everything; the lane restarts.
   void clear(Time now, core::Outcome why);
 
+  // For the next router (handover.h), which sends again all that has been sent and not released.
+  void save(StateWriter& to) const;
+  // Precondition: the lane is new. False: no such state, or no memory for it.
+  [[nodiscard]] bool restore(StateReader& from);
+
  private:
+  [[nodiscard]] bool restore_message(StreamBuffer& to, AgeMarks& ages, Time since,
+                                     std::span<const std::byte> record);
   void commit(Time now, std::uint64_t committed_max);
   void add_deadline(const Header& header, Time since);
   [[nodiscard]] bool is_late(Time now, const Header& header, Time since) const {
@@ -175,6 +183,11 @@ class LaneReceiver {
 
   void clear();  // the lane restarts
   [[nodiscard]] std::uint64_t next() const { return next_; }
+
+  // For the next router (handover.h): what was acknowledged and has not been handed on.
+  void save(StateWriter& to) const;
+  // Precondition: the lane is new. False: no such state, or no memory for it.
+  [[nodiscard]] bool restore(Time now, StateReader& from);
 
  private:
   bool keep_early(Time now, std::uint64_t offset, std::span<const std::byte> bytes);

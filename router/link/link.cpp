@@ -151,6 +151,7 @@ void Link::note_no_candidate(std::string_view why) {
 void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
                       Verified&& verified) {
   const bool sealed = verified.sealer != nullptr;
+  const bool was_locked = session_.keys().are_locked();
   if (state_ == State::kDown || !settings_.connects || (is_up() && !sealed)) return;
   asked_until_ = {};
   // If the other side did not take up the session, none of its data has arrived there either.
@@ -166,7 +167,7 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
     certificate_ = std::move(verified.peer);
     proves_until_ = kNever;
   }
-  if (is_up()) return;
+  if (is_up()) return was_locked ? unlock(now) : void();
   called_ = true;
   their_token_ = known_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
@@ -235,18 +236,22 @@ policy::Subject Link::subject() const {
   return subject.add(kind::kPort, core::name(core::PortKind::kLink));
 }
 
+core::ClientId Link::connect_client(Time now) {
+  return router_.connect(now, {.port = core::PortKind::kLink,
+                               .token = slot_,
+                               .name = peer_.name.view(),
+                               .endpoint = std::string_view(address().to_string()),
+                               .link = {.kind = settings_.kind,
+                                        .role = peer_.role,
+                                        .system = peer_.system,
+                                        .router = peer_.address(),
+                                        .only = settings_.system},
+                               .subject = subject()});
+}
+
 void Link::come_up(Time now) {
   if (is_up()) return;
-  client_ = router_.connect(now, {.port = core::PortKind::kLink,
-                                  .token = slot_,
-                                  .name = peer_.name.view(),
-                                  .endpoint = std::string_view(address().to_string()),
-                                  .link = {.kind = settings_.kind,
-                                           .role = peer_.role,
-                                           .system = peer_.system,
-                                           .router = peer_.address(),
-                                           .only = settings_.system},
-                                  .subject = subject()});
+  client_ = connect_client(now);
   if (!client_) return;
   ended_ = false;
   last_received_ = now;
@@ -303,6 +308,12 @@ void Link::ask(Time now, const NetAddress& to) {
   context_.send(to, std::span(bytes).first(put_hello(bytes)));
 }
 
+// To be answered by a HELLO of this session.
+void Link::send_reset(const NetAddress& to) {
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  context_.send(to, std::span(bytes).first(encode(Reset{our_token_}, bytes)));
+}
+
 void Link::judge(Time now, Standing standing) {
   if (standing == Standing::kGood) return;
   if (standing == Standing::kRevoked || !is_up() || !settings_.connects)
@@ -354,8 +365,14 @@ void Link::on_data(Time now, const NetAddress& from, Data data) {
   // The path is not configured: challenges on it are not answered.
   if (!paths_.uses(from.kind)) return;
   if (!session_.is_new(data.header.packet)) return session_.note_replay();
-  if (!session_.open(now, data)) return;
+  const bool was_locked = session_.keys().are_locked();
+  if (!session_.open(now, data)) {
+    // The other router's answer is a handshake, once a second at most.
+    if (was_locked) send_reset(from);
+    return;
+  }
   from_ = from;
+  if (was_locked && is_up()) unlock(now);
   if (!is_up() && their_token_ != 0) {
     // The accepting side knows that datagrams pass in both directions. The calling side
     // challenges first: the path may work in one direction only, or the address may be new.
@@ -459,12 +476,14 @@ KeepAlive Link::keep_alive(Time now) const {
 }
 
 bool Link::keeps_alive(Time now) const {
+  if (session_.keys().are_locked()) return false;
   if (is_up()) return true;
   return state_ == State::kSilent && !settings_.connects && their_token_ != 0 &&
          now < last_received_ + kCallsAfterSilence;
 }
 
 std::size_t Link::build(Time now, std::span<std::byte> to) {
+  if (session_.keys().are_locked()) return 0;
   const bool due = now >= next_keep_alive_ && keeps_alive(now);
   if (!is_up() && !due) return 0;
   std::size_t size = 0;
@@ -480,7 +499,8 @@ std::size_t Link::build(Time now, std::span<std::byte> to) {
 }
 
 std::size_t Link::build_probe(Time now, std::span<std::byte> to) {
-  const std::size_t size = is_up() ? session_.build_probe(now, their_token_, to) : 0;
+  const bool may_send = is_up() && !session_.keys().are_locked();
+  const std::size_t size = may_send ? session_.build_probe(now, their_token_, to) : 0;
   if (size > 0) paths_.count_out(paths_.kind(), size);
   return size;
 }
@@ -526,7 +546,7 @@ void Link::on_timeout(Time now) {
 // --- manual control
 
 void Link::send_close(Time now, core::CloseReason reason) {
-  if (!is_up()) return;
+  if (!is_up() || session_.keys().are_locked()) return;
   std::array<std::byte, 64> bytes{};
   context_.send(address(), std::span(bytes).first(session_.build_close(
                                now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
@@ -546,6 +566,100 @@ void Link::bring_up(Time now) {
 void Link::start_anew(Time now) {
   take_down(now, State::kSilent);
   begin_connecting(now, now);
+}
+
+// --- for the next router
+
+bool Link::save(StateWriter& to) const {
+  if (their_token_ == 0 || state_ == State::kDown || ended_) return false;
+  to.put(settings_.secure, called_, is_up(), our_token_, their_token_, known_token_);
+  to.put(keep_alive_.count(), their_keep_alive_.count(), codecs_,
+         session_.keys().next_generation());
+  to.put_identity(peer_);
+  to.put_address(address());
+  if (settings_.secure) {
+    to.put(certificate_.role, certificate_.system, certificate_.id);
+    to.put_text(certificate_.name);
+    to.put_bytes(certificate_.certificate);
+    to.put_bytes(certificate_.issuer);
+  }
+  session_.save(to);
+  advertiser_.save(to);
+  return true;
+}
+
+bool Link::restore(Time now, StateReader& from) {
+  const auto secure = from.get<std::uint8_t>();
+  const auto called = from.get<std::uint8_t>();
+  const auto was_up = from.get<std::uint8_t>();
+  from.get(our_token_, their_token_, known_token_);
+  keep_alive_ = Duration(from.get<std::int64_t>());
+  their_keep_alive_ = Duration(from.get<std::int64_t>());
+  const auto generation =
+      static_cast<std::uint8_t>((from.get(codecs_), from.get<std::uint8_t>()) - 1);
+  NetAddress address;
+  const auto sane = [](Duration interval) {
+    return interval > Duration::zero() && interval < std::chrono::hours(1);
+  };
+  bool valid = from.identity(peer_) && from.address(address) && our_token_ != 0 &&
+               their_token_ != 0 && sane(keep_alive_) && sane(their_keep_alive_) &&
+               (secure != 0) == settings_.secure && restore_certificate(from) &&
+               session_.restore(now, from);
+  called_ = called != 0;
+  last_received_ = now;
+  if (valid && settings_.secure) session_.keys().lock(now, generation);
+  // Another DDS participant has to be found first.
+  if (valid && was_up != 0 && address.kind != PathKind::kDds && paths_.uses(address.kind)) {
+    restore_up(now, address);
+    valid = is_up() &&
+            advertiser_.restore(now, client_, settings_.kind != LinkKind::kSuper, from) &&
+            from.empty();
+  } else if (valid) {
+    begin_connecting(now, now);
+  }
+  if (valid) return true;
+  if (is_up()) go_down(now, core::CloseReason::kBadRecord, State::kSilent);
+  end_session(now);
+  peer_ = {};
+  begin_connecting(now, now);
+  return false;
+}
+
+// The name by which rules know the router; the next handshake proves it again.
+bool Link::restore_certificate(StateReader& from) {
+  if (!settings_.secure) return true;
+  const bool valid = get_enum(from, Role::kTop, certificate_.role);
+  from.get(certificate_.system, certificate_.id);
+  certificate_.name = from.text();
+  for (std::vector<std::byte>* bytes : {&certificate_.certificate, &certificate_.issuer}) {
+    const auto saved = from.bytes();
+    bytes->assign(saved.begin(), saved.end());
+  }
+  return valid && from.ok();
+}
+
+// For the others it never was down.
+void Link::restore_up(Time now, const NetAddress& address) {
+  paths_.begin(now, address);
+  client_ = connect_client(now);
+  if (!client_) return;
+  next_hello_ = kNever;
+  next_keep_alive_ = now;
+  session_.on_new_path(now, address.kind);
+  session_.set_open(!session_.keys().are_locked());
+  if (settings_.secure && settings_.connects) next_handshake_ = now;
+  enter(now, State::kUp);
+}
+
+void Link::go_on(Time now) {
+  last_received_ = now;
+  if (is_up() && session_.keys().are_locked() && !settings_.connects) send_reset(address());
+}
+
+void Link::unlock(Time now) {
+  session_.set_open(true);
+  next_keep_alive_ = now;
+  context_.begin_lists(now, *this);
 }
 
 // --- several paths
@@ -571,6 +685,7 @@ void Link::watch_paths(Time now) {
 }
 
 void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to) {
+  if (session_.keys().are_locked()) return;
   std::array<std::byte, kDataHeaderSize + kNonceFrameSize + Sealer::kTagSize> bytes{};
   const std::size_t size = session_.build_nonce(now, their_token_, type, nonce, bytes);
   paths_.count_out(to.kind, size);

@@ -22,6 +22,7 @@
 #include "router/link/advertiser.h"
 #include "router/link/datagram.h"
 #include "router/link/estimators.h"
+#include "router/link/handover.h"
 #include "router/link/link_session.h"
 #include "router/link/packing.h"
 #include "router/link/paths.h"
@@ -149,6 +150,15 @@ class Link final : private ArrivalObserver, private LossObserver {
   void start_anew(Time now);
   void configure(Time now, const LinkSettings& settings);
 
+  // --- for the next router (handover.h). False: there is no session, and nothing was written.
+  bool save(StateWriter& to) const;
+  // Precondition: there is no session, and the settings are those that the state is for. False: no
+  // such state, or no memory for it: the link begins anew. A sealed link that is up waits for new
+  // keys.
+  [[nodiscard]] bool restore(Time now, StateReader& from);
+  // Datagrams pass again: the side that accepts asks for the handshake that brings them.
+  void go_on(Time now);
+
   // --- read access
   [[nodiscard]] std::uint32_t slot() const { return slot_; }
   [[nodiscard]] const LinkSettings& settings() const { return settings_; }
@@ -212,8 +222,13 @@ class Link final : private ArrivalObserver, private LossObserver {
   void send_hello(Time now);
   std::size_t put_hello(std::span<std::byte> to) const;
   void ask(Time now, const NetAddress& to);
+  void send_reset(const NetAddress& to);
   [[nodiscard]] policy::Subject subject() const;
+  [[nodiscard]] core::ClientId connect_client(Time now);
   void come_up(Time now);
+  void unlock(Time now);
+  [[nodiscard]] bool restore_certificate(StateReader& from);
+  void restore_up(Time now, const NetAddress& address);
   void go_down(Time now, core::CloseReason reason, State state);
   [[nodiscard]] Time gone_at() const;
   void switch_path(Time now, PathKind before);

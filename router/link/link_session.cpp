@@ -160,6 +160,37 @@ void LinkSession::reset(Time now, core::Outcome why) {
   forget_path(now);
 }
 
+// --- for the next router
+
+void LinkSession::save(StateWriter& to) const {
+  to.put(sent_.next(), window_.next(), sample_receiver_.next(), last_sample_, questions_out());
+  for (const LaneSender& lane : lanes_) lane.save(to);
+  for (const LaneReceiver& receiver : receivers_) receiver.save(to);
+}
+
+bool LinkSession::restore(Time now, StateReader& from) {
+  constexpr std::uint64_t kNumberMax = std::uint64_t{1} << 62;
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  std::uint64_t samples = 0;
+  std::uint8_t questions = 0;
+  from.get(sent, received, samples, last_sample_, questions);
+  if (!from.ok() || std::max({sent, received, samples}) > kNumberMax) return false;
+  sent_.continue_at(sent);
+  window_.continue_at(received);
+  sample_receiver_.continue_at(samples);
+  measured_next_ = received;
+  questions_out_ = questions;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (!lanes_[lane].restore(from)) return false;
+    occupied_.add(lane);
+  }
+  queued_at_most_ = queued_bytes();
+  next_expiry_ = now + kExpiryEvery;
+  return std::ranges::all_of(receivers_,
+                             [&](LaneReceiver& lane) { return lane.restore(now, from); });
+}
+
 // Path challenges are not counted as lost, because some of the paths may be dead.
 void LinkSession::measure_loss(std::uint8_t questions) {
   const std::uint64_t asked =

@@ -17,6 +17,7 @@
 #include "router/link/congestion.h"
 #include "router/link/estimators.h"
 #include "router/link/frame.h"
+#include "router/link/handover.h"
 #include "router/link/lanes.h"
 #include "router/link/packets.h"
 #include "router/link/paths.h"
@@ -103,6 +104,13 @@ class LinkSession final : private PacketObserver {
 
   [[nodiscard]] SessionKeys& keys() { return keys_; }
   [[nodiscard]] const SessionKeys& keys() const { return keys_; }
+
+  // For the next router (handover.h). What is in flight is sent again there; samples are not kept:
+  // newer ones follow.
+  void save(StateWriter& to) const;
+  // Precondition: the session is new, or reset. False: no such state, or no memory for it; reset
+  // it.
+  [[nodiscard]] bool restore(Time now, StateReader& from);
 
   // Closed while the path is dead: only keep-alives are built.
   void set_open(bool open) { open_ = open; }

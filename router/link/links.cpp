@@ -181,7 +181,8 @@ void Links::check_list(std::uint64_t transfer, std::uint64_t number, std::uint32
 std::vector<std::string> Links::names_to_resolve() const {
   std::vector<std::string> names;
   for_each([&](const Link& link) {
-    if (link.settings().connects && !link.is_up()) names.push_back(link.settings().to);
+    if (link.settings().connects && (!link.is_up() || !link.paths().has_targets()))
+      names.push_back(link.settings().to);
   });
   return names;
 }
@@ -202,7 +203,7 @@ void Links::touch(Link& link) {
 }
 
 void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes) {
-  if (ends_) return;
+  if (ends_ || holds_back_) return;
   if (const auto data = decode_data(bytes)) return on_data(now, from, *data);
   const auto datagram = decode(bytes);
   if (!datagram) {
@@ -336,6 +337,7 @@ std::uint64_t Links::queued_bytes(std::uint32_t token) const {
 // --- time
 
 void Links::on_timeout(Time now) {
+  if (holds_back_) return;
   while (!wake_.empty() && wake_.top().at <= now) {
     const Wake wake = wake_.top();
     wake_.pop();
@@ -456,6 +458,7 @@ bool Links::send_bursts(Time now, Link& link) {
 }
 
 void Links::flush(Time now) {
+  if (holds_back_) return;
   if (std::ranges::all_of(senders_, [](const auto* sender) { return sender == nullptr; })) return;
   choose_uplink(now);
   advertise(now);
@@ -502,8 +505,83 @@ bool Links::flush_link(Time now, Link& link) {
 
 void Links::end(Time now) {
   ends_ = true;
+  holds_back_ = false;
   for_each_link(
       [&](Link& link) { link.take_down(now, Link::State::kDown, core::CloseReason::kShutdown); });
+}
+
+// --- for the next router
+
+std::vector<std::byte> Links::save(Time now) const {
+  Handover left{.at = now, .table_number = router_.exported_table().number(), .self = setup_.self};
+  router_.for_each_exported(
+      [&](Address address, const core::Origin&) { left.exported.push_back(address); });
+  std::ranges::sort(left.exported);
+  router_.table().for_each([&](const core::Table::Entry& entry) {
+    const core::Client* owner = router_.client(entry.owner);
+    if (owner != nullptr && owner->info.port == core::PortKind::kLocal)
+      left.mailboxes.push_back(entry.address);
+  });
+  StateWriter links;
+  for_each([&](const Link& link) {
+    StateWriter state;
+    if (!link.save(state)) return;
+    const LinkSettings& settings = link.settings();
+    links.put(settings.kind, settings.connects, settings.system.has_value(),
+              settings.system.value_or(0));
+    links.put_text(settings.to);
+    links.put_bytes(state.bytes());
+  });
+  left.links = std::move(links.bytes());
+  return left.encode();
+}
+
+std::size_t Links::restore(Time now, const Handover& former) {
+  holds_back_ = true;
+  singles_.clear();
+  std::size_t restored = 0;
+  for (StateReader in(now, former.links); !in.empty();) restored += restore_link(now, in) ? 1U : 0U;
+  choose_ = true;
+  choose_uplink(now);
+  report_losses(now);
+  return restored;
+}
+
+// Links that are not configured any more end.
+bool Links::restore_link(Time now, StateReader& from) {
+  LinkSettings like;
+  const bool known = get_enum(from, LinkKind::kSub, like.kind);
+  like.connects = from.get<std::uint8_t>() != 0;
+  const bool only_one = from.get<std::uint8_t>() != 0;
+  const auto system = from.get<std::uint16_t>();
+  if (only_one) like.system = system;
+  like.to = from.text();
+  StateReader state(now, from.bytes());
+  const auto settings = std::ranges::find_if(settings_, [&](const LinkSettings& one) {
+    return one.kind == like.kind && one.connects == like.connects && one.to == like.to &&
+           one.system == like.system;
+  });
+  if (!known || !from.ok() || settings == settings_.end()) return false;
+  if (!like.connects && links_in_use() >= setup_.links_max) return false;
+  Link* there = !like.connects ? &add(now, *settings) : first_link([&](const Link& link) {
+    return link.settings().connects && link.settings().to == like.to && link.their_token() == 0;
+  });
+  if (there == nullptr) return false;
+  const bool restored = there->restore(now, state) && link_to(there->peer()) == nullptr;
+  // It may have been revoked meanwhile.
+  if (restored && there->settings().secure) there->judge(now, standing(there->certificate()));
+  index(*there);
+  touch(*there);
+  if (!restored) like.connects ? there->start_anew(now) : remove(now, there->slot());
+  return restored;
+}
+
+void Links::resume(Time now) {
+  holds_back_ = false;
+  for_each_link([&](Link& link) {
+    link.go_on(now);
+    touch(link);
+  });
 }
 
 // --- manual control

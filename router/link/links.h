@@ -81,7 +81,8 @@ class Links final : public core::Port,
   // links whose router is revoked end at once, and all others are told.
   using StandingOf = std::function<Standing(const PeerName&)>;
   void use_list(Time now, FleetListBytes list, StandingOf standing_of);
-  // Names to be resolved (again): those of links that connect and are not up.
+  // Names to be resolved (again): those of links that connect and are not up, or are up since the
+  // former router.
   [[nodiscard]] std::vector<std::string> names_to_resolve() const;
 
   // --- input. The bytes stay valid until the turn is flushed.
@@ -105,9 +106,12 @@ class Links final : public core::Port,
   void flush(Time now) override;
   // Called after all ports were flushed: messages handed on are not read any more.
   void release() { done_.clear(); }
-  [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
+  [[nodiscard]] bool has_something_to_send() const {
+    return !holds_back_ && (!touched_.empty() || held_.to);
+  }
 
   [[nodiscard]] Time next_timeout() const {
+    if (holds_back_) return kNever;
     return std::min({wake_.empty() ? kNever : wake_.top().at, reception_.next_timeout(),
                      lists_.next_timeout()});
   }
@@ -115,6 +119,16 @@ class Links final : public core::Port,
 
   // Called before the router exits: sends CLOSE on all links; no link comes up afterwards.
   void end(Time now);
+
+  // For the next router, instead of end(): nothing may be passed to this one afterwards.
+  // Precondition: nothing is held back.
+  [[nodiscard]] std::vector<std::byte> save(Time now) const;
+  // What the former router has left, after configure(): returns the number of links that go on.
+  // From here on until resume(), nothing is received or sent: messages of programs of this host
+  // wait, and so do those for mailboxes whose owners have not connected again.
+  std::size_t restore(Time now, const Handover& former);
+  [[nodiscard]] bool holds_back() const { return holds_back_; }
+  void resume(Time now);
 
   // Manual control by the name of the other router or by `to`. Returns false when there is no
   // such link.
@@ -223,6 +237,7 @@ class Links final : public core::Port,
   void index(const Link& link);
   void forget_names(std::uint32_t slot);
   void choose_uplink(Time now);
+  [[nodiscard]] bool restore_link(Time now, StateReader& from);
 
   // --- routers of the fleet
   void look_for_all(Time now);
@@ -280,6 +295,7 @@ class Links final : public core::Port,
   Time overlap_end_{};
   bool choose_ = false;
   bool ends_ = false;
+  bool holds_back_ = false;
   std::uint32_t advertised_ = 0;     // number of the router's table that was announced last
   std::uint64_t strange_ = 0;        // see Counters
   std::uint64_t unknown_token_ = 0;  // likewise

@@ -31,6 +31,11 @@ class PacketWindow {
   void add(std::uint64_t packet, bool kept = true);
 
   [[nodiscard]] std::uint64_t next() const { return next_; }  // one above the newest
+  // All numbers below count as seen, and none of them is acknowledged. Precondition: it is new.
+  void continue_at(std::uint64_t next) {
+    next_ = next;
+    seen_.fill(~std::uint64_t{0});
+  }
   // The newest ranges; none before the first packet arrives.
   void fill(Ack& ack) const;
 
@@ -80,6 +85,8 @@ class SentPackets {
 
   [[nodiscard]] std::uint64_t next() const { return next_; }
   [[nodiscard]] bool full() const { return next_ - first_ >= kInFlightMax; }
+  // Numbers below were used; their fate is of no interest. Precondition: it is new.
+  void continue_at(std::uint64_t next) { first_ = next_ = next; }
   // Fill in the entry, then call sent(); its number is next() before the call.
   SentPacket& add();
   void sent(SentPacket& packet);

@@ -117,6 +117,10 @@ class SampleReceiver {
   void expire(Time now);
   void clear();
 
+  // For the next router (handover.h): samples with numbers below are not wanted any more.
+  [[nodiscard]] std::uint64_t next() const { return finished_.next(); }
+  void continue_at(std::uint64_t next) { finished_.continue_at(next); }
+
   // Number of samples given up, and number discarded because a newer one had arrived.
   [[nodiscard]] std::uint64_t incomplete() const { return incomplete_; }
   [[nodiscard]] std::uint64_t overtaken() const { return overtaken_; }

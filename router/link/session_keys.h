@@ -26,12 +26,17 @@ class SessionKeys {
 
   void clear() {
     for (Generation* keys : {&current_, &former_, &next_}) *keys = {};
+    locked_ = false;
   }
   // Of a new session.
   void begin(Time now, std::unique_ptr<Sealer> sealer);
   // Of a running session. `confirmed`: the other side has them, so they are used at once; otherwise
   // from the first datagram on that opens with them.
   void renew(Time now, std::uint8_t generation, std::unique_ptr<Sealer> sealer, bool confirmed);
+  // Of a session that another router has left to this one, without its keys: until the next
+  // handshake nothing opens, and nothing must be sent.
+  void lock(Time now, std::uint8_t generation);
+  [[nodiscard]] bool are_locked() const { return locked_ && are_used(); }
   // The number of the generation that the next handshake brings.
   [[nodiscard]] std::uint8_t next_generation() const;
 
@@ -70,6 +75,7 @@ class SessionKeys {
   Generation former_;
   Generation next_;
   Time former_until_{};
+  bool locked_ = false;
 };
 
 }  // namespace tims::link

@@ -75,14 +75,45 @@ Node::Node(SimulatedNetwork& network, const NodeSetup& setup, std::size_t index,
 void Node::start(Time now) {
   running_ = std::make_unique<Running>(*this, next_random(random_));
   running_->links.configure(now, setup_.links);
+  set_targets(now);
+  if (list_.number > 0) use_list(now);
+  end_turn(now);
+  if (!setup_.fleet.empty()) network_.announce(*this);
+}
+
+std::vector<std::byte> Node::hand_over(Time now) {
+  end_turn(now);
+  std::vector<std::byte> state = running_->links.save(now);
+  kill();
+  return state;
+}
+
+std::optional<std::size_t> Node::start(Time now, std::span<const std::byte> state) {
+  const auto former = link::Handover::decode(now, state);
+  if (!former) {
+    start(now);
+    return std::nullopt;
+  }
+  running_ = std::make_unique<Running>(*this, former->self.epoch);
+  running_->links.configure(now, setup_.links);
+  const std::size_t restored = running_->links.restore(now, *former);
+  running_->former = *former;
+  set_targets(now);
+  return restored;
+}
+
+void Node::resume(Time now) {
+  running_->router.continue_table(running_->former.table_number, running_->former.exported);
+  running_->links.resume(now);
+  end_turn(now);
+}
+
+void Node::set_targets(Time now) {
   for (const link::LinkSettings& settings : setup_.links) {
     if (!settings.connects) continue;
     const NetAddress target = network_.resolve(settings.to);
     if (target) running_->links.set_target(now, settings.to, target);
   }
-  if (list_.number > 0) use_list(now);
-  end_turn(now);
-  if (!setup_.fleet.empty()) network_.announce(*this);
 }
 
 // --- its list of the fleet

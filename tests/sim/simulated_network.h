@@ -77,6 +77,12 @@ class Node final : private core::Port,
   [[nodiscard]] bool alive() const { return running_ != nullptr; }
   void start(Time now);
   void kill();  // as kill -9
+  // As an upgrade: ends, and leaves its links to the next run. Its clients must be added again,
+  // before resume().
+  std::vector<std::byte> hand_over(Time now);
+  // The number of links that go on; nothing: `state` is none.
+  std::optional<std::size_t> start(Time now, std::span<const std::byte> state);
+  void resume(Time now);
 
   [[nodiscard]] const NodeSetup& setup() const { return setup_; }
   [[nodiscard]] link::Announcement announcement() const;
@@ -132,6 +138,7 @@ class Node final : private core::Port,
   void check(std::uint64_t transfer, std::uint64_t number, std::string_view from,
              std::vector<std::byte>&& bytes) override;
   void use_list(Time now);
+  void set_targets(Time now);
   void arrived(core::ClientId client, Arrival&& arrival);
 
  public:
@@ -148,6 +155,7 @@ class Node final : private core::Port,
     core::Router router;
     std::optional<ToyHandshaker> handshaker;
     link::Links links;
+    link::Handover former;
     std::map<std::uint32_t, std::vector<Arrival>> arrivals;  // by client
   };
 

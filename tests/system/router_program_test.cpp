@@ -24,6 +24,7 @@
 #include "os/file.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
+#include "tests/support/descriptor_keeper.h"
 #include "tests/support/eventually.h"
 #include "tests/system/tcp_fixture.h"
 #include "tims/session.h"
@@ -355,122 +356,53 @@ TEST_F(RouterProgramTest, AStandardErrorWithoutReaderDoesNotBlockIt) {
 
 // --- Service manager
 
-class NotifySocket {
- public:
-  explicit NotifySocket(std::string path) : path_(std::move(path)) {
-    file_ = os::File(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
-    EXPECT_EQ(::bind(file_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  }
-  [[nodiscard]] const std::string& path() const { return path_; }
-
-  std::string receive() { return receive_with_file().text; }
-
-  struct Report {
-    std::string text;
-    os::File file;
-  };
-  Report receive_with_file() {
-    if (!os::is_ready(file_.get(), POLLIN, os::deadline_after(kPatience)))
-      return {"nothing came", {}};
-    std::array<std::byte, 1000> bytes{};
-    auto received = os::receive_record(file_.get(), bytes, false);
-    if (!received) return {received.error().message(), {}};
-    return {std::string(reinterpret_cast<const char*>(bytes.data()), received->size),
-            received->files.empty() ? os::File() : std::move(received->files.front())};
-  }
-
- private:
-  std::string path_;
-  os::File file_;
-};
+std::string text_from(DescriptorKeeper& manager) {
+  const auto report = manager.receive(kPatience);
+  return report ? report->text : report.error().message();
+}
 
 TEST_F(RouterProgramTest, NotifiesTheServiceManager) {
   RouterProcess folder_only;
-  NotifySocket manager(folder_only.folder() + "/notify");
+  const std::string path = folder_only.folder() + "/notify";
+  DescriptorKeeper manager = DescriptorKeeper::listen(path).value();
   auto router = ChildProcess::start(
       {TIMS_ROUTER_PROGRAM, "--set", "unix.path=" + folder_only.socket_path(), "--set",
        "tcp.listen=off", "--set", "http.listen=off"},
-      {.environment = {"NOTIFY_SOCKET=" + manager.path(), "WATCHDOG_USEC=20000"}, .folder = {}});
+      {.environment = {"NOTIFY_SOCKET=" + path, "WATCHDOG_USEC=20000"}, .folder = {}});
   ASSERT_TRUE(router.ok());
-  std::string text = manager.receive();
-  while (text.starts_with("FDSTORE=1\n")) text = manager.receive();
+  std::string text = text_from(manager);
+  while (text.starts_with("FDSTORE=1\n")) text = text_from(manager);
   EXPECT_EQ(text, "READY=1");
-  EXPECT_EQ(manager.receive(), "WATCHDOG=1");
-  EXPECT_EQ(manager.receive(), "WATCHDOG=1");
+  EXPECT_EQ(text_from(manager), "WATCHDOG=1");
+  EXPECT_EQ(text_from(manager), "WATCHDOG=1");
   router->signal(SIGHUP);
-  text = manager.receive();
-  while (text == "WATCHDOG=1") text = manager.receive();
+  text = text_from(manager);
+  while (text == "WATCHDOG=1") text = text_from(manager);
   EXPECT_TRUE(text.starts_with("RELOADING=1\nMONOTONIC_USEC=")) << text;
-  while (text != "READY=1") text = manager.receive();
+  while (text != "READY=1") text = text_from(manager);
   router->signal(SIGTERM);
-  while (text != "STOPPING=1") text = manager.receive();
+  while (text != "STOPPING=1") text = text_from(manager);
   const auto status = router->wait();
   EXPECT_TRUE(status.ok() && status->success());
 }
 
 // What systemd does at `systemctl restart`: the sockets that the router gave it are the first ones
 // of the next router.
-class KeepingManager {
- public:
-  explicit KeepingManager(const RouterProcess& folder)
-      : socket_(folder.folder() + "/notify"), path_(folder.socket_path()) {}
-
-  Result<ChildProcess> start_router(const std::string& tcp) {
-    std::string script;
-    int number = 3;
-    for (const auto& [name, file] : kept_)
-      script += fmt::format("{}<&{} {}<&- ", number++, file.get(), file.get());
-    script = "exec " + script + "; export LISTEN_PID=$$ LISTEN_FDS=" + std::to_string(number - 3) +
-             "; exec " TIMS_ROUTER_PROGRAM " --set http.listen=off --set unix.path=" + path_ +
-             " --set tcp.listen=" + tcp;
-    return ChildProcess::start({"bash", "-c", script},
-                               {.environment = {"NOTIFY_SOCKET=" + socket_.path()}, .folder = {}});
-  }
-
-  // Until the router is ready. Returns the names of sockets that were to be forgotten.
-  std::vector<std::string> serve() {
-    std::vector<std::string> forgotten;
-    for (auto report = socket_.receive_with_file(); report.text != "READY=1";
-         report = socket_.receive_with_file()) {
-      const std::string name = report.text.substr(report.text.rfind('=') + 1);
-      if (report.text.starts_with("FDSTOREREMOVE=1\n")) {
-        kept_.erase(name);
-        forgotten.push_back(name);
-      } else if (report.text.starts_with("FDSTORE=1\n")) {
-        // Where no shell puts its own, and inherited by what is started.
-        kept_.insert_or_assign(name, os::File(::fcntl(report.file.get(), F_DUPFD, 100)));
-      } else if (report.text != "STOPPING=1") {
-        ADD_FAILURE() << report.text;
-        break;
-      }
-    }
-    return forgotten;
-  }
-
-  [[nodiscard]] std::vector<std::string> names() const {
-    std::vector<std::string> names;
-    std::ranges::copy(std::views::keys(kept_), std::back_inserter(names));
-    return names;
-  }
-
- private:
-  NotifySocket socket_;
-  std::string path_;
-  std::map<std::string, os::File> kept_;
-};
+Result<ChildProcess> start_router(DescriptorKeeper& manager, const RouterProcess& folder,
+                                  const std::string& tcp) {
+  return manager.start({TIMS_ROUTER_PROGRAM, "--set", "http.listen=off", "--set",
+                        "unix.path=" + folder.socket_path(), "--set", "tcp.listen=" + tcp});
+}
 
 TEST_F(RouterProgramTest, WhoConnectsWhileItIsRestartedWaitsAndIsNotRefused) {
   const RouterProcess folder;
-  KeepingManager manager(folder);
-  auto router = manager.start_router("127.0.0.1:0");
+  DescriptorKeeper manager = DescriptorKeeper::listen(folder.folder() + "/notify").value();
+  auto router = start_router(manager, folder, "127.0.0.1:0");
   ASSERT_TRUE(router.ok());
   const auto line = router->wait_for_line("listening tcp ");
   ASSERT_TRUE(line.ok());
   const std::string tcp = line->substr(line->rfind(' ') + 1);
-  EXPECT_THAT(manager.serve(), testing::IsEmpty());
+  EXPECT_THAT(manager.wait_until_ready().value(), testing::IsEmpty());
   EXPECT_EQ(manager.names().size(), 2U);
 
   router->signal(SIGKILL);
@@ -480,18 +412,18 @@ TEST_F(RouterProgramTest, WhoConnectsWhileItIsRestartedWaitsAndIsNotRefused) {
   const auto local = os::connect_unix(folder.socket_path());
   EXPECT_TRUE(local.ok());
 
-  router = manager.start_router(tcp);
+  router = start_router(manager, folder, tcp);
   ASSERT_TRUE(router.ok());
-  EXPECT_THAT(manager.serve(), testing::IsEmpty());
+  EXPECT_THAT(manager.wait_until_ready().value(), testing::IsEmpty());
   EXPECT_TRUE(remote->register_mailbox(Address(0x01110000)).ok());
   EXPECT_TRUE(Session::connect({.router = folder.socket_path(), .timeout = kPatience}).ok());
 
   // Also when it is asked to end; and with another address, the former one is free.
-  EXPECT_TRUE(router->stop(SIGTERM).ok());
+  EXPECT_TRUE(manager.end(*router, SIGTERM).ok());
   EXPECT_NE(os::file_at(folder.socket_path()).inode, 0U);
-  router = manager.start_router("127.0.0.2:0");
+  router = start_router(manager, folder, "127.0.0.2:0");
   ASSERT_TRUE(router.ok());
-  EXPECT_EQ(manager.serve().size(), 1U);
+  EXPECT_EQ(manager.wait_until_ready()->size(), 1U);
   EXPECT_TRUE(router->wait_for_line("is in no setting: closed").ok());
   EXPECT_FALSE(TcpClient::connect(tcp).ok());
 }

@@ -214,7 +214,7 @@ TEST(UdpSocket, ASocketOfTheStoreIsUsedWithWhatWaitsInIt) {
   os::ServiceManager nobody{std::string()};
   std::vector<os::File> inherited;
   inherited.emplace_back(::dup(former.fd()));
-  os::SocketStore store(nobody, std::move(inherited));
+  os::SocketStore store(nobody, {.sockets = std::move(inherited)});
   auto socket = UdpSocket::open({"127.0.0.1", port}, {}, &store);
   ASSERT_TRUE(socket) << socket.error().message();
   EXPECT_EQ(socket->local(), former.local());
