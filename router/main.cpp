@@ -690,8 +690,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   std::optional<io::MemberKeys> keys_;  // empty: without keys
   bool list_is_old_ = false;
   std::vector<security::Certificate> believed_;  // roots, when the keys were taken last
-  std::unique_ptr<io::TlsGate> gate_;   // null: without keys
-  std::optional<io::Renewal> renewal_;  // empty: without keys, or at the base
+  std::unique_ptr<io::TlsGate> gate_;            // null: without keys
+  std::optional<io::Renewal> renewal_;           // empty: without keys, or at the base
   config::Networks plain_networks_ = plain_networks(configuration_.config);  // TCP without TLS
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
