@@ -10,10 +10,11 @@ export interface Key {
 }
 
 const sequenceTime = 1500; // ms between "g" and the page's letter
+const never = Number.NEGATIVE_INFINITY; // a page is younger than sequenceTime at first
 
 export function Keys({ pages }: { pages: Key[] }) {
   const dialog = useRef<HTMLDialogElement>(null);
-  const begun = useSignal(0);
+  const begun = useSignal(never);
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
       if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
@@ -25,7 +26,7 @@ export function Keys({ pages }: { pages: Key[] }) {
       }
       const page = pages.find(({ key }) => key === event.key);
       if (page !== undefined && event.timeStamp - begun.value < sequenceTime) page.run();
-      begun.value = 0;
+      begun.value = never;
     };
     addEventListener('keydown', onKey);
     return () => removeEventListener('keydown', onKey);
