@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string_view>
 
@@ -15,6 +16,7 @@ using Digest = std::array<std::byte, 32>;
 // Fills with bytes that nobody can predict. A system without random numbers ends the program: a key
 // made without them would be worse.
 void fill_random(std::span<std::byte> out);
+std::uint64_t random_number();
 
 Digest sha256(View data);
 Digest hmac_sha256(View key, View data);

@@ -20,7 +20,7 @@ class Banned:
 
 TEST = r"(^tests/|_test\.(cpp|py)$|_contract\.h$)"
 BENCH = r"^tests/bench/"  # paces what it measures
-PROGRAM = r"^(tools/|tests/|python/bench/|components/|router/main\.cpp$)"
+PROGRAM = r"^(tools/|tests/|python/bench/|components/|router/program/)"
 
 BANNED = [
     Banned("todo", r"\b(TODO|FIXME|XXX|HACK)\b", "do it, or leave it out", comments=True),

@@ -1,159 +1,46 @@
-// tims-router: creates the components, in order of the members, and runs them.
-#include <cstdio>
-#include <cstring>
-#include <new>
-#include <span>
+#include "router/program/program.h"
+
 #include <string>
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "base/measure.h"
 #include "os/clock.h"
-#include "os/environment.h"
 #include "os/shared_memory.h"
-#include "router/config/load.h"
-#include "router/config/networks.h"
 #include "router/config/options.h"
 #include "router/core/newest_values.h"
 #include "router/core/router.h"
 #include "router/io/admin_actions.h"
 #include "router/io/admin_service.h"
-#include "router/io/arguments.h"
 #include "router/io/http/console_folder.h"
 #include "router/io/http/http_port.h"
 #include "router/io/link_port.h"
 #include "router/io/local_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
-#include "router/io/member_keys.h"
-#include "router/io/net/resolver.h"
-#include "router/io/renewal.h"
+#include "router/io/rights.h"
 #include "router/io/service.h"
 #include "router/io/subjects.h"
 #include "router/io/tcp_port.h"
-#include "router/io/tls_gate.h"
 #include "router/io/tracer.h"
 #include "router/io/waiting_memory.h"
+#include "router/program/keys_in_force.h"
+#include "router/program/settings.h"
 #include "security/crypto/digest.h"
-#include "security/keys/join_client.h"
 
-namespace tims {
+namespace tims::program {
 namespace {
 
 using namespace std::chrono_literals;
+using security::random_number;
 
-constexpr int kCannotStart = 1;
-constexpr int kWrongUsage = 2;
 constexpr Duration kDrainTime = 2s;
 constexpr Duration kShortDrainTime = 100ms;  // while the others wait for the next router
 constexpr const char* kHandoverName = "links";
-constexpr std::size_t kWaitingBytesMin = 256 << 20;  // address space, not memory
-constexpr std::size_t kFullQueues = 16;              // number of full queues that fit into it
-
-config::Host this_host() {
-  return {.name = os::host_name(), .uid = ::getuid(), .environment = os::environment()};
-}
-
-Result<config::Loaded> load_configuration(const io::Arguments& arguments) {
-  config::Sources sources{.files = {}, .settings = arguments.settings, .host = this_host()};
-  if (!arguments.config_path.empty()) {
-    auto files = config::read_files(arguments.config_path);
-    if (!files) return files.error();
-    sources.files = std::move(*files);
-  }
-  return config::load(sources);
-}
-
-core::RouterSettings router_settings(const config::Config& c, std::uint64_t epoch) {
-  return {.address =
-              Address::of({.system = c.router.system, .instance = c.router.id}, c.address.widths),
-          .widths = c.address.widths,
-          .classes = c.message.classes,
-          .role = c.router.role,
-          .epoch = static_cast<std::uint32_t>(epoch),
-          .compat_delete = c.tcp.compat_delete,
-          .lifesign_interval = c.lifesign.interval,
-          .clients_max = c.limits.clients,
-          .mailboxes_per_client_max = c.limits.mailboxes_per_client};
-}
-
-link::Identity identity(const config::Config& c, std::uint64_t epoch) {
-  return {.epoch = epoch,
-          .role = c.router.role,
-          .system = c.router.system,
-          .id = c.router.id,
-          .name = std::string_view(c.router.name),
-          .widths = c.address.widths,
-          .message_max = c.message.bytes_max,
-          .classes = c.message.classes.at(c.address.widths)};
-}
-
-std::vector<core::StaticRoute> static_routes(const config::Config& c) {
-  std::vector<core::StaticRoute> routes;
-  routes.reserve(c.routes.size());
-  for (const config::Route& route : c.routes) {
-    routes.push_back({*AddressPattern::parse(route.match, c.address.widths),
-                      std::string_view(route.match), std::string_view(route.via)});
-  }
-  return routes;
-}
-
-std::size_t waiting_bytes(const config::Config& c) {
-  const std::size_t queue = std::max({c.tcp.queue_bytes, c.http.queue_bytes, c.message.bytes_max});
-  return std::max(kWaitingBytesMin, kFullQueues * queue);
-}
-
-io::BrowserAccess browser_access(const config::Config& c) {
-  return {.names = config::list_of(c.http.names),
-          .origins = config::list_of(c.http.origins),
-          .login = !c.security.keys.empty()};
-}
-
-// The configuration has been checked; what cannot be parsed would let nobody in.
-config::Networks plain_networks(const config::Config& c) {
-  return config::Networks::parse(c.tcp.plain).value_or({});
-}
-
-core::NewestRule newest_rule(const config::Config& c) {
-  core::NewestRule rule{.length_max = c.newest.length_max, .widths = c.address.widths};
-  for (const std::string& stream : config::list_of(c.newest.streams)) (void)rule.add(stream);
-  return rule;
-}
-
-policy::PolicyText policy_text(const config::Origins& origins, const config::Config& c) {
-  return config::policy_text(c, config::rule_places(origins));
-}
-
-policy::Policy policy_of(const config::Loaded& loaded) {
-  const config::Config& c = loaded.config;
-  std::vector<policy::Problem> problems;  // none: the configuration was checked
-  auto policy = policy::Policy::compile(policy_text(loaded.origins, c), c.address.widths, problems);
-  return policy ? std::move(*policy) : policy::Policy(c.address.widths);
-}
-
-std::uint64_t random_number() {
-  std::uint64_t number = 0;
-  security::fill_random(std::as_writable_bytes(std::span(&number, 1)));
-  return number;
-}
 
 io::Clocks read_clocks(Time now) {
   return {now, std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
-}
-
-io::KeysReport keys_report(const io::MemberKeys& keys) {
-  const security::Credentials& own = keys.credentials();
-  return {.fleet = own.identity.fleet,
-          .identity = own.identity.to_string(),
-          .state = std::string(security::state_of(own, security::system_check_time(own.passed()))),
-          .ends = fmt::format("{:%FT%TZ}",
-                              fmt::gmtime(static_cast<std::time_t>(own.chain.front().not_after()))),
-          .list = own.list_number(),
-          .revoked = own.list ? own.list->size() : 0,
-          .problem = keys.problem()};
 }
 
 std::string cannot_listen(std::string_view key, const std::string& where, const Error& error) {
@@ -196,7 +83,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
       if (const auto done = io::become_real_time(priority); !done)
         log_.warning(fmt::format("router.priority {}: {}", priority, done.error().detail()));
     }
-    Result<void> result = load_keys();
+    Result<void> result = keys_.load({links_, tcp_, http_});
     if (result) result = listen();
     if (!result) {
       log_.error(result.error().detail());
@@ -254,8 +141,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     report.insecure = configuration_.config.security.insecure;
     report.exposed = exposed_ports();
     report.cautions = config::cautions(configuration_.config);
-    if (keys_ && keys_->has_old_list()) report.cautions.push_back(old_list_text());
-    if (keys_) report.keys = keys_report(*keys_);
+    keys_.add_to(report);
     return report;
   }
   [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
@@ -271,7 +157,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return port == core::PortKind::kWebSocket ? http_.person(token) : nullptr;
   }
   std::optional<std::string> make_login(Time now, const io::Person& person, bool bearer) override {
-    if (!keys_) return std::nullopt;
+    if (!keys_.exist()) return std::nullopt;
     return bearer ? http_.logins().begin(now, person) : http_.logins().offer(now, person);
   }
   bool act_on_link(std::string_view name, link::Links::Action what) override {
@@ -327,158 +213,6 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     });
   }
 
-  Result<void> load_keys() {
-    if (configuration_.config.security.keys.empty()) return {};
-    auto keys = io::MemberKeys::load(configuration_.config);
-    if (!keys) return keys.error();
-    keys_ = std::move(*keys);
-    believed_ = keys_->credentials().roots;
-    log_.info(describe_keys());
-    if (auto used = links_.use_keys(os::now(), keys_->credentials(), keys_->strictness()); !used)
-      return Error(used.error().code(), "security.keys: " + used.error().detail());
-    if (auto opened = open_gate(); !opened) return opened;
-    loop_.watch({.next = [this] { return keys_->next_timeout(); },
-                 .on_timeout = [this](Time now) { look_at_keys(now); }});
-    renew_keys_in_time();
-    return {};
-  }
-
-  // The base renews its own certificate itself (timsctl key serve).
-  void renew_keys_in_time() {
-    if (keys_->folder().has("authority")) return;
-    renewal_.emplace(loop_, log_,
-                     io::Renewal::Steps{.is_due = [this] { return is_renewal_due(); },
-                                        .prepare =
-                                            [this] {
-                                              return [folder = keys_->folder(),
-                                                      hosts = hosts_above()](Time deadline) {
-                                                return security::renew_certificate(folder, hosts,
-                                                                                   deadline);
-                                              };
-                                            }},
-                     renewal_time());
-    loop_.watch({.next = [this] { return renewal_->next_timeout(); },
-                 .on_timeout = [this](Time now) { renewal_->on_timeout(now); }});
-  }
-  // Not at once: after a start the network is not there yet.
-  [[nodiscard]] Time renewal_time() const {
-    const Duration within = configuration_.config.security.renew_within;
-    const Duration spread = within - within / 10;
-    return os::now() + within / 10 +
-           Duration(random_number() % (static_cast<std::uint64_t>(spread.count()) + 1));
-  }
-  [[nodiscard]] bool is_renewal_due() const {
-    const security::Credentials& own = keys_->credentials();
-    const security::Certificate& certificate = own.chain.front();
-    return has_old_root(own) ||
-           security::is_renewal_due(security::system_check_time(own.passed()),
-                                    certificate.not_before(), certificate.not_after());
-  }
-  // The authority is likely to be on the way up.
-  [[nodiscard]] std::vector<std::string> hosts_above() const {
-    std::vector<std::string> hosts;
-    for (const config::Link& link : configuration_.config.links)
-      if (link.kind == core::LinkKind::kSuper && !link.accepts() && !link.is_automatic())
-        hosts.push_back(link.host);
-    return hosts;
-  }
-
-  [[nodiscard]] Result<io::TlsGate::Contexts> tls_contexts() const {
-    const config::Config::Http& http = configuration_.config.http;
-    return io::TlsGate::contexts_of(keys_->credentials(), keys_->strictness(), http.certificate,
-                                    http.key);
-  }
-
-  // Plain HTTP is let in: the port tells it to use HTTPS.
-  Result<void> open_gate() {
-    auto contexts = tls_contexts();
-    if (!contexts) return contexts.error();
-    auto gate = io::TlsGate::open(loop_, limited_log_, std::move(*contexts));
-    if (!gate) return gate.error();
-    gate_ = std::move(*gate);
-    const auto is_plain = [this](const io::Visitor& visitor) {
-      return plain_networks_.contains(visitor.peer);
-    };
-    tcp_.guard_by(*gate_, {io::TlsGate::Kind::kTcp, is_plain},
-                  [this](const security::Certificate& certificate) -> std::optional<io::Person> {
-                    const security::Identity& own = keys_->credentials().identity;
-                    const auto identity = security::identity_of(certificate, own.fleet);
-                    if (!identity) return std::nullopt;
-                    return io::person_of(*identity, certificate, own);
-                  });
-    http_.guard_by(*gate_, {io::TlsGate::Kind::kHttp, [](const io::Visitor&) { return true; }});
-    return {};
-  }
-
-  // Connections and logins by certificates that are revoked, or whose root has gone, end at once.
-  void take_new_keys() {
-    if (auto contexts = tls_contexts())
-      gate_->set_contexts(std::move(*contexts));
-    else
-      log_.error("former keys stay in force: " + contexts.error().detail());
-    const security::Credentials& own = keys_->credentials();
-    const auto list = own.list;
-    const auto is_revoked = [list](const security::Certificate& certificate) {
-      return list && list->revokes(certificate);
-    };
-    gate_->end_if([is_revoked, roots = security::BelievedRoots(own.roots)](
-                      const std::vector<security::Certificate>& chain) mutable {
-      return is_revoked(chain.front()) || chain.size() < 2 || !roots.have_signed(chain[1].to_der());
-    });
-    const bool root_has_gone = std::ranges::any_of(
-        std::exchange(believed_, own.roots),
-        [&](const auto& root) { return std::ranges::find(own.roots, root) == own.roots.end(); });
-    http_.end_if([&](const io::Person& person) {
-      return person.certificate && (root_has_gone || is_revoked(*person.certificate));
-    });
-  }
-
-  [[nodiscard]] std::string describe_keys() const {
-    const security::Credentials& own = keys_->credentials();
-    return fmt::format("keys {}: {} of the fleet {}, list {} with {} revoked",
-                       keys_->folder().path(), own.identity.to_string(), own.identity.fleet,
-                       own.list_number(), own.list ? own.list->size() : 0);
-  }
-
-  [[nodiscard]] std::string old_list_text() const {
-    const config::Config::Security& security = configuration_.config.security;
-    return fmt::format(
-        "the list of revoked certificates (number {}) is older than security.list_age_max ({}): is "
-        "the base reached, and does timsctl key serve run there?{}",
-        keys_->credentials().list_number(),
-        base::human_duration(std::chrono::duration<double>(security.list_age_max).count()),
-        security.refuse_old_list ? " Users and routers of other robots are refused" : "");
-  }
-  // One line when it becomes old.
-  void look_at_age_of_list() {
-    const bool was_old = std::exchange(list_is_old_, keys_->has_old_list());
-    if (list_is_old_ && !was_old) log_.warning(old_list_text());
-  }
-
-  void look_at_keys(Time now) {
-    look_at_age_of_list();
-    const auto changed = keys_->on_timeout(now);
-    if (!changed) return log_.error("former keys stay in force: " + keys_->problem());
-    if (*changed) use_new_keys(now);
-  }
-
-  void take_list(Time now, io::CheckedList&& list) {
-    if (!list.not_stored.empty())
-      log_.error(
-          fmt::format("list {} of the fleet is in force, but only until this router ends: {}",
-                      list.number, list.not_stored));
-    if (keys_->use_list(std::move(list.list), list.bytes)) use_new_keys(now);
-  }
-
-  void use_new_keys(Time now) {
-    log_.info(describe_keys());
-    if (renewal_) renewal_->look_at(renewal_time());
-    const auto used = links_.use_keys(now, keys_->credentials(), keys_->strictness());
-    if (!used) log_.error("links use the former keys: " + used.error().detail());
-    take_new_keys();
-    loop_.end_turn(now);
-  }
-
   Result<void> listen() {
     const config::Config& c = configuration_.config;
     if (auto result = local_.listen(manager_.sockets()); !result) {
@@ -508,7 +242,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   // Names of the ports that listen beyond loopback, where nobody is asked who he is.
   [[nodiscard]] std::vector<std::string> exposed_ports() const {
     std::vector<std::string> names;
-    if (keys_) return names;  // links and connections with keys are open to the fleet only
+    if (keys_.exist()) return names;  // links and connections with keys are open to the fleet only
     for (const auto& [name, where] :
          {std::pair("tcp", &process_.tcp), std::pair("http", &process_.http),
           std::pair("udp", &process_.udp)})
@@ -654,17 +388,17 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     router_.set_static_routes(io::reload_routes(router_.routes().all_static(),
                                                 static_routes(configuration_.config),
                                                 static_routes(wanted)));
-    const bool same_policy = policy_text(loaded.origins, wanted) ==
-                             policy_text(configuration_.origins, configuration_.config);
+    const policy::PolicyText former_policy = policy_text(configuration_);
     configuration_.config = std::move(wanted);
     configuration_.origins = loaded.origins;
-    if (!same_policy) router_.set_policy(now, policy_of(configuration_));
+    if (policy_text(configuration_) != former_policy)
+      router_.set_policy(now, policy_of(configuration_));
     const config::Config& c = configuration_.config;
     log_.set_level(c.log.level);
     router_.configure(now, router_settings(c, epoch_));
     links_.configure(now, c);
     newest_.set_rule(newest_rule(c));
-    plain_networks_ = plain_networks(c);
+    keys_.configure();
     http_.set_access(browser_access(c));
     tcp_.set_queue_bytes_max(c.tcp.queue_bytes);
     http_.set_queue_bytes_max(c.http.queue_bytes);
@@ -687,12 +421,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                              // Values that never change, and the listening addresses.
                              .epoch = epoch_};
   io::LimitedLog limited_log_{log_};
-  std::optional<io::MemberKeys> keys_;  // empty: without keys
-  bool list_is_old_ = false;
-  std::vector<security::Certificate> believed_;  // roots, when the keys were taken last
-  std::unique_ptr<io::TlsGate> gate_;            // null: without keys
-  std::optional<io::Renewal> renewal_;           // empty: without keys, or at the base
-  config::Networks plain_networks_ = plain_networks(configuration_.config);  // TCP without TLS
+  KeysInForce keys_{loop_, log_, limited_log_, configuration_.config};
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
   policy::Enforcer enforcer_{policy_of(configuration_), random_number()};
@@ -725,7 +454,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
        .secret = {random_number(), random_number()},
        .clock = os::now},
       configuration_.config.security.keys,
-      [this](Time now, io::CheckedList&& list) { take_list(now, std::move(list)); }};
+      [this](Time now, io::CheckedList&& list) { keys_.take_list(now, std::move(list)); }};
   io::HttpPort http_{loop_,
                      router_,
                      log_,
@@ -748,60 +477,10 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   bool hands_over_ = false;
 };
 
-// The system refuses memory, because of a limit or because there is none. What was begun cannot be
-// completed without it; a sentence is better than the name of an exception. Called instead of
-// throwing it, in every thread.
-[[noreturn]] void end_without_memory() {
-  constexpr std::string_view kText =
-      "tims-router: the system refuses more memory: raise the limit of the process (ulimit -v, "
-      "ulimit -d; LimitAS, MemoryMax of its service), or lower tcp.queue, "
-      "http.queue and message.max\n";
-  (void)!::write(STDERR_FILENO, kText.data(), kText.size());
-  ::_exit(kCannotStart);
-}
-
-int print(std::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), stdout);
-  return std::fflush(stdout) == 0 ? 0 : kCannotStart;
-}
-
-int complain(std::string_view text, int status) {
-  std::fwrite(text.data(), 1, text.size(), stderr);
-  std::fputc('\n', stderr);
-  return status;
-}
-
-int main(std::span<const char* const> argv) {
-  using Action = io::Arguments::Action;
-  const auto arguments = io::parse_arguments(argv);
-  if (!arguments) {
-    return complain(arguments.error().detail() + "; see tims-router --help", kWrongUsage);
-  }
-  if (arguments->action == Action::kVersion) return print("tims-router " TIMS_VERSION "\n");
-  if (arguments->action == Action::kHelp) {
-    return print(io::usage() + "\nKeys and values:\n" + config::options_help());
-  }
-  auto loaded = load_configuration(*arguments);
-  if (!loaded) return complain(loaded.error().message(), kCannotStart);
-  for (const auto& problem : loaded->problems) complain(problem.to_string(), kCannotStart);
-  if (!loaded->ok()) return kCannotStart;
-  if (arguments->action == Action::kCheck) {
-    for (const std::string& caution : config::cautions(loaded->config)) complain(caution, 0);
-    return print("the configuration is valid\n");
-  }
-  if (arguments->action == Action::kPrintConfig) {
-    return print(config::print_config(loaded->config, loaded->origins));
-  }
-  io::raise_descriptor_limit();
-  io::limit_name_servers();
-  return Program(std::move(*loaded), *arguments).run();
-}
-
 }  // namespace
-}  // namespace tims
 
-int main(int count, char** argv) {
-  std::set_new_handler(tims::end_without_memory);
-  return tims::main(
-      {const_cast<const char* const*>(argv) + 1, static_cast<std::size_t>(count) - 1});
+int run(config::Loaded configuration, const io::Arguments& arguments) {
+  return Program(std::move(configuration), arguments).run();
 }
+
+}  // namespace tims::program
