@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <boost/json/parse.hpp>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -61,7 +62,8 @@ class TlsPorts : public testing::Test {
       const std::string id(one.at("id").as_string());
       const bool is_fault = severity != "OK" && severity != "INFO" && severity != kNoFinding;
       if (!is_fault || std::ranges::find(kMeantSo, id) != kMeantSo.end()) continue;
-      faults.push_back(severity + " " + id + ": " + std::string(one.at("finding").as_string()));
+      faults.push_back(
+          fmt::format("{} {}: {}", severity, id, one.at("finding").as_string().c_str()));
     }
     return faults;
   }
