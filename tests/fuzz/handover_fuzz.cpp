@@ -4,6 +4,7 @@
 
 #include "router/link/handover.h"
 #include "tests/fuzz/fuzz_input.h"
+#include "tests/fuzz/small_node.h"
 #include "tests/sim/simulated_network.h"
 
 namespace {
@@ -13,20 +14,10 @@ using namespace std::chrono_literals;
 
 struct Restarted : sim::SimulatedNetwork {
   Restarted() : SimulatedNetwork(1) {
-    base = &add(setup("base", core::Role::kTop, 0, {sim::sub_link()}));
-    robot = &add(setup("robot", core::Role::kSystem, 1,
-                       {sim::super_link(sim::address_of(0)), sim::sub_link()}));
+    base = &add(fuzz::small_node("base", core::Role::kTop, 0, {sim::sub_link()}));
+    robot = &add(fuzz::small_node("robot", core::Role::kSystem, 1,
+                                  {sim::super_link(sim::address_of(0)), sim::sub_link()}));
     base->start(now());
-  }
-  static sim::NodeSetup setup(const char* name, core::Role role, std::uint8_t system,
-                              std::vector<link::LinkSettings> links) {
-    return {.name = name,
-            .role = role,
-            .system = system,
-            .links = std::move(links),
-            .block_bytes = 1U << 20,
-            .message_bytes = 1U << 20,
-            .message_max = 1U << 16};
   }
   void restart_with(std::span<const std::byte> links) {
     robot->start(now());

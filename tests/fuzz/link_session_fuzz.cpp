@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/fuzz/fuzz_input.h"
+#include "tests/fuzz/small_node.h"
 #include "tests/sim/simulated_network.h"
 
 namespace {
@@ -16,8 +17,9 @@ using namespace std::chrono_literals;
 
 struct Pair : sim::SimulatedNetwork {
   Pair() : SimulatedNetwork(1) {
-    base = &add(setup("base", core::Role::kTop, 0, {sim::sub_link()}));
-    robot = &add(setup("robot", core::Role::kSystem, 1, {sim::super_link(sim::address_of(0))}));
+    base = &add(fuzz::small_node("base", core::Role::kTop, 0, {sim::sub_link()}));
+    robot = &add(
+        fuzz::small_node("robot", core::Role::kSystem, 1, {sim::super_link(sim::address_of(0))}));
     tap = [this](sim::Node& from, const sim::NetAddress& to, std::span<const std::byte> bytes) {
       if (free) return false;
       held.push_back({from.address(), to, {bytes.begin(), bytes.end()}});
@@ -30,16 +32,6 @@ struct Pair : sim::SimulatedNetwork {
       };
       begin(*node);
     }
-  }
-  static sim::NodeSetup setup(const char* name, core::Role role, std::uint8_t system,
-                              std::vector<link::LinkSettings> links) {
-    return {.name = name,
-            .role = role,
-            .system = system,
-            .links = std::move(links),
-            .block_bytes = 1U << 20,
-            .message_bytes = 1U << 20,
-            .message_max = 1U << 16};
   }
   void begin(sim::Node& node) {
     node.start(now());
