@@ -27,12 +27,12 @@ struct Restarted : sim::SimulatedNetwork {
     fuzz::require(robot->start(now(), former.encode()).has_value());
     run_for(10ms);
     robot->resume(now());
-    run_for(3s);
+    run_for(300ms);
     // It can also be left to the next one.
     const auto again = robot->hand_over(now());
     fuzz::require(robot->start(now(), again).has_value());
     robot->resume(now());
-    run_for(1s);
+    run_for(100ms);
   }
 
   sim::Node* base;

@@ -113,7 +113,7 @@ class Traffic {
   bool stopped_ = false;
 };
 
-class EachRouter : public testing::TestWithParam<std::tuple<bool, const char*>> {};
+class EachRouter : public testing::TestWithParam<std::tuple<bool, std::string>> {};
 
 TEST_P(EachRouter, LosesNothingAndNobodyNotices) {
   const auto& [sealed, which] = GetParam();
