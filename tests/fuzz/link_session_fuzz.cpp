@@ -39,8 +39,10 @@ struct Pair : sim::SimulatedNetwork {
     node.add_mailbox(now(), client(node), mailbox(node));
   }
   core::ClientId& client(sim::Node& node) { return clients[&node == base ? 0 : 1]; }
-  Address mailbox(sim::Node& node) { return Address(&node == base ? 0x00020000 : 0x01140000); }
-  sim::Node& other(sim::Node& node) { return &node == base ? *robot : *base; }
+  Address mailbox(sim::Node& node) const {
+    return Address(&node == base ? 0x00020000 : 0x01140000);
+  }
+  sim::Node& other(sim::Node& node) const { return &node == base ? *robot : *base; }
 
   void send(sim::Node& from, fuzz::Input& in) {
     const auto priority = in.number<std::uint8_t>();
