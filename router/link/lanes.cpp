@@ -267,9 +267,10 @@ void LaneReceiver::save(StateWriter& to) const {
   to.put(static_cast<std::uint16_t>(early_.ranges().size()));
   for (const Range& range : early_.ranges()) {
     to.put(range.begin, early_since_.at(range.begin));
-    std::span<std::byte> bytes = to.reserve(range.size());
+    std::span<std::byte> bytes = to.reserve(static_cast<std::size_t>(range.size()));
     for (std::uint64_t at = range.begin; at < range.end;) {
-      const std::size_t part = std::min<std::uint64_t>(kBlock - at % kBlock, range.end - at);
+      const auto part =
+          static_cast<std::size_t>(std::min<std::uint64_t>(kBlock - at % kBlock, range.end - at));
       std::memcpy(bytes.data(),
                   reassembly_.pool.at(early_blocks_[at / kBlock % kRing]) + at % kBlock, part);
       bytes = bytes.subspan(part);
@@ -294,7 +295,7 @@ bool LaneReceiver::restore(Time now, StateReader& from) {
     if (on_bytes(now, next_, copy) != Verdict::kTaken) return false;
   }
   begun_ = begun;
-  discarded_ = discarded;
+  discarded_ = static_cast<std::size_t>(discarded);
   for (auto ranges = from.get<std::uint16_t>(); ranges > 0; --ranges) {
     const auto offset = from.get<std::uint64_t>();
     const Time since = from.time();
