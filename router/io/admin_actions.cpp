@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "base/text.h"
-#include "router/io/answer_frame.h"
+#include "router/io/admin_answers.h"
 
 namespace tims::io {
 namespace {

@@ -13,7 +13,6 @@
 #include "base/text.h"
 #include "router/config/options.h"
 #include "router/io/admin_actions.h"
-#include "router/io/answer_frame.h"
 #include "router/io/reports.h"
 
 namespace tims::io {
@@ -412,6 +411,22 @@ class Answerer {
 };
 
 }  // namespace
+
+json::object answer_frame(const AdminSource& source, const Clocks& clocks,
+                          std::string_view schema) {
+  return {{"schema", schema},
+          {"router", valid_utf8(source.config().router.name)},
+          {"time", base::rfc3339(clocks.wall)},
+          {"partial", false}};
+}
+
+json::object error_json(const QuestionError& error) {
+  json::object out{{"code", error.code}, {"message", valid_utf8(error.message)}};
+  if (!error.hint.empty()) out["hint"] = error.hint;
+  return {{"error", std::move(out)}};
+}
+
+std::string error_text(const QuestionError& error) { return json::serialize(error_json(error)); }
 
 std::variant<Question, QuestionError> read_question(std::string_view text,
                                                     const AdminSource& source, Time now) {

@@ -10,7 +10,6 @@
 #include "router/io/admin_actions.h"
 #include "router/io/admin_answers.h"
 #include "router/io/admin_service.h"
-#include "router/io/answer_frame.h"
 
 namespace tims::io::test {
 
@@ -135,6 +134,7 @@ class AdminFixture : public AdminSource {
 inline boost::json::object ask(const AdminFixture& lab, std::string_view question) {
   return boost::json::parse(answer_admin(question, lab, AdminFixture::clocks())).as_object();
 }
+inline std::string_view text(const boost::json::value& value) { return value.as_string(); }
 inline std::string_view error_code(const boost::json::object& answer) {
   return answer.at("error").at("code").as_string();
 }

@@ -11,7 +11,6 @@
 #include "base/text.h"
 #include "router/io/admin_actions.h"
 #include "router/io/admin_answers.h"
-#include "router/io/answer_frame.h"
 #include "wire/header.h"
 
 namespace tims::io {

@@ -17,8 +17,7 @@ namespace json = boost::json;
 using test::AdminFixture;
 using test::ask;
 using test::error_code;
-
-std::string_view text(const json::value& value) { return value.as_string(); }
+using test::text;
 
 struct Answers {
   std::vector<std::pair<core::ClientId, json::object>> all;

@@ -595,8 +595,8 @@ bool Link::restore(Time now, StateReader& from) {
   from.get(our_token_, their_token_, known_token_);
   keep_alive_ = Duration(from.get<std::int64_t>());
   their_keep_alive_ = Duration(from.get<std::int64_t>());
-  const auto generation =
-      static_cast<std::uint8_t>((from.get(codecs_), from.get<std::uint8_t>()) - 1);
+  from.get(codecs_);
+  const auto generation = static_cast<std::uint8_t>(from.get<std::uint8_t>() - 1);
   NetAddress address;
   const auto sane = [](Duration interval) {
     return interval > Duration::zero() && interval < std::chrono::hours(1);
