@@ -44,8 +44,15 @@ if [[ $STORY == root ]]; then
   mount --bind "$(dirname "$folder")" "$root$(dirname "$folder")"
   # Lists and tools of this machine that take time, and which nobody has to try here.
   mount -t tmpfs tmpfs "$root/var/lib/apt/lists"
+  mount -t tmpfs tmpfs "$root/root" # each command would run ~/.bashrc of who runs this test
   rm -rf "$root"/etc/apt/sources.list* "$root/etc/tims" "$root/var/lib/tims-deploy" "$root"/etc/apt/apt.conf.d/*
   mkdir "$root/etc/apt/sources.list.d"
+  if [[ -z ${PACKAGES:-} ]]; then
+    # Not the packages of this machine either, whose records take most of the time of dpkg and apt.
+    mkdir -p "$folder"/layer/dpkg/{info,triggers,updates}
+    touch "$folder"/layer/dpkg/{available,status}
+    mount --bind "$folder/layer/dpkg" "$root/var/lib/dpkg"
+  fi
   install -m 755 "$(dirname "$folder")/systemctl" "$root/usr/local/bin/systemctl"
   chroot "$root" useradd --create-home --password '*' --shell /bin/sh pi
   [[ ! -d $root/etc/sudoers.d ]] || echo 'pi ALL=(ALL) NOPASSWD: ALL' >"$root/etc/sudoers.d/pi"
@@ -67,6 +74,7 @@ T=$(mktemp -d /tmp/deploy-test.XXXXXX)
 readonly T
 hosts=()
 cleanup() {
+  for host in "$T"/*.ssh; do ssh -oControlPath="$host" -O exit host 2>/dev/null || true; done
   for pid in "${hosts[@]}"; do kill -9 "$pid" 2>/dev/null || true; done
   wait 2>/dev/null || true
   rm -rf "$T"
@@ -122,6 +130,7 @@ Host *
   IdentityFile $T/id
   IdentitiesOnly yes
   StrictHostKeyChecking no
+  KexAlgorithms curve25519-sha256
   UserKnownHostsFile /dev/null
   LogLevel ERROR
 CONFIG
@@ -146,7 +155,8 @@ start_host() {
   unshare --net --uts "$0" host "$TIMS_PROGRAMS" "$T/$name" "$name" "$number" $$ >"$T/$name.out" 2>&1 &
   hosts+=($!)
 }
-on() { local host=$1; shift; ssh "root@$host" "$@"; }
+# By one connection a host, which stays.
+on() { local host=$1; shift; ssh -oControlMaster=auto -oControlPath="$T/%n.ssh" -oControlPersist=yes "root@$host" "$@"; }
 
 # --- packages and robot
 
