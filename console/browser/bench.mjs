@@ -6,6 +6,7 @@
 // On a machine that does nothing else: what is measured are times of two programs that share its processors.
 import { readdirSync, readFileSync, statSync } from 'node:fs';
 import { join } from 'node:path';
+import { BarePage } from './bare_page.mjs';
 import { eventually, Host, launch, programs, Watched } from './fixture.mjs';
 import { RouterTree } from './router_tree.mjs';
 import { addressOf, cameraData, ladarData, Swarm } from './swarm.mjs';
@@ -57,8 +58,8 @@ const frames = (page, time) =>
 
 const quantile = (values, part) => [...values].sort((a, b) => a - b)[Math.floor(part * (values.length - 1))];
 
-async function heap(page) {
-  const session = await page.context().newCDPSession(page);
+// `session`: of DevTools, with the page.
+async function heap(session) {
   await session.send('HeapProfiler.collectGarbage');
   const { usedSize } = await session.send('Runtime.getHeapUsage');
   return usedSize / 1e6;
@@ -121,6 +122,13 @@ async function roundTrip(host) {
   );
 }
 
+// Within a page: how many views have it.
+function chooseFullRate() {
+  const boxes = [...document.querySelectorAll('label')].filter((label) => label.textContent.includes('full rate'));
+  for (const label of boxes) if (!label.querySelector('input').checked) label.querySelector('input').click();
+  return boxes.length;
+}
+
 // What the console costs others of its router is measured beside a router of nobody at the same time: the browser
 // takes the processors from both alike.
 async function scanners() {
@@ -131,12 +139,9 @@ async function scanners() {
   for (let i = 0; i < 20; ++i) swarm.add(addressOf(1, ladar, i), ladarData(361), 13);
   swarm.add(addressOf(1, camera, 0), cameraData(720, 486), 100);
   const tiles = [...Array.from({ length: 20 }, (_, i) => `Ladar/${i}`), 'Camera/0'].join(',');
-  const watched = await Watched.open(browser, host, `#/robot/1?tiles=${tiles}`, {
-    viewport: { width: 1920, height: 4000 },
-  });
-  const { page } = watched;
+  const page = await BarePage.open(browser, `${host.address}/#/robot/1?tiles=${tiles}`, { width: 1920, height: 4000 });
   await eventually(() => swarm.listeners === 21, 'all streams are asked for');
-  for (const box of await page.getByLabel('full rate').all()) await box.check();
+  await eventually(async () => (await page.evaluate(chooseFullRate)) === 20, 'all scanners are asked for each scan');
   await frames(page, 2000);
   const begin = { cpu: cpuSeconds(host.router.pid), at: performance.now(), sent: swarm.sent, heap: await heap(page) };
   const gaps = await frames(page, 1000 * seconds);
@@ -154,7 +159,7 @@ async function scanners() {
   row('round trip of others, median', beside, 'µs');
   row('the same at a router of nobody', without, 'µs');
   row('ratio of the two', beside / without, '', atMost(1.2));
-  await watched.close();
+  await page.close();
   swarm.end();
   await browser.close();
   await host.end();
@@ -275,6 +280,7 @@ async function views() {
   swarm.add(addressOf(1, camera, 0), cameraData(320, 240), 100);
   const watched = await Watched.open(browser, host, '#/robot/1?tiles=');
   const { page } = watched;
+  const session = await watched.context.newCDPSession(page);
   const tiles = ['Ladar/0', 'Ladar/1', 'Ladar/2', 'Ladar/3', 'Camera/0'];
   const pages = [`robot/1?tiles=${tiles.join(',')}`, 'map', 'plots?curves=Ladar(1/0).duration', 'messages', 'fleet'];
   const round = async () => {
@@ -284,7 +290,7 @@ async function views() {
     }
   };
   for (let i = 0; i < 5; ++i) await round();
-  const begin = await heap(page);
+  const begin = await heap(session);
   console.log(`views opened and closed for ${minutes} minutes`);
   let rounds = 0;
   let shownAt = performance.now();
@@ -292,13 +298,13 @@ async function views() {
     await round();
     if (performance.now() < shownAt + 60_000) continue;
     shownAt = performance.now();
-    row(`heap after ${rounds} rounds`, await heap(page), 'MB');
+    row(`heap after ${rounds} rounds`, await heap(session), 'MB');
   }
   await page.goto(`${host.address}/#/fleet`);
   await eventually(() => swarm.listeners === 0, 'nobody listens any more').catch(() => {});
   row('rounds', rounds, '');
   row('heap at the beginning', begin, 'MB');
-  row('growth of the heap', (await heap(page)) - begin, 'MB', atMost(2));
+  row('growth of the heap', (await heap(session)) - begin, 'MB', atMost(2));
   row('listeners left at components', swarm.listeners, '', atMost(0));
   await watched.close();
   swarm.end();

@@ -4,6 +4,7 @@ export class PointBuffer {
   private canvas = document.createElement('canvas');
   private image: ImageData | undefined;
   private pixels = new Uint32Array();
+  private ground: Uint32Array | undefined;
 
   // Pixels of the device.
   resize(width: number, height: number): void {
@@ -12,27 +13,45 @@ export class PointBuffer {
     this.canvas.height = height;
     this.image = new ImageData(Math.max(1, width), Math.max(1, height));
     this.pixels = new Uint32Array(this.image.data.buffer);
+    this.ground = undefined;
+  }
+
+  // What is painted now lies below the points from here on.
+  keepGround(context: CanvasRenderingContext2D): void {
+    if (this.image === undefined) return;
+    const { data } = context.getImageData(0, 0, this.image.width, this.image.height);
+    this.ground = new Uint32Array(data.buffer);
   }
 
   clear(): void {
-    this.pixels.fill(0);
+    if (this.ground === undefined) this.pixels.fill(0);
+    else this.pixels.set(this.ground);
   }
 
   // A square around this pixel.
   add(x: number, y: number, colour: number, size: number): void {
     const image = this.image;
     if (image === undefined) return;
+    const { width, height } = image;
     const left = Math.round(x - size / 2);
     const top = Math.round(y - size / 2);
-    if (left < 0 || top < 0 || left + size > image.width || top + size > image.height) return;
-    for (let row = top; row < top + size; ++row)
-      this.pixels.fill(colour, row * image.width + left, row * image.width + left + size);
+    const from = Math.max(0, left);
+    const to = Math.min(width, left + size);
+    const bottom = Math.min(height, top + size);
+    for (let row = Math.max(0, top); row < bottom && from < to; ++row)
+      this.pixels.fill(colour, row * width + from, row * width + to);
   }
 
+  // Above what is painted already.
   paint(context: CanvasRenderingContext2D): void {
     if (this.image === undefined) return;
     this.canvas.getContext('2d')?.putImageData(this.image, 0, 0);
     context.drawImage(this.canvas, 0, 0);
+  }
+
+  // In place of what is painted, with the ground that was kept.
+  replace(context: CanvasRenderingContext2D): void {
+    if (this.image !== undefined) context.putImageData(this.image, 0, 0);
   }
 }
 

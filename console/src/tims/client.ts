@@ -46,6 +46,7 @@ export class Client {
   private readonly rates = new Map<number, Signal<StreamRate | undefined>>();
   private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
   private readonly pending = new Map<number, Pending>();
+  private readonly drawn: number[] = []; // streams whose sample waits for the frame that shows it
   private nextId = 1;
   private onHop: ((record: string) => void) | undefined;
 
@@ -246,7 +247,8 @@ export class Client {
   private deliver(sample: Sample): void {
     const receivers = this.receivers.get(sample.component);
     if (receivers !== undefined) for (const receiver of [...receivers.values()]) receiver(sample);
-    if (sample.received > 0) requestAnimationFrame(() => this.post({ do: 'taken', component: sample.component }));
+    if (sample.received > 0 && this.drawn.push(sample.component) === 1)
+      requestAnimationFrame(() => this.post({ do: 'taken', components: this.drawn.splice(0) }));
   }
 }
 

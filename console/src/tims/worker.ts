@@ -69,7 +69,8 @@ self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
     case 'unsubscribe':
       return session.unsubscribe(data.component, data.subscriber, now());
     case 'taken':
-      return session.taken(data.component);
+      for (const component of data.components) session.taken(component);
+      return;
     case 'takeStick':
       return settle(
         data.id,

@@ -19,7 +19,7 @@ export type ToWorker =
   | { do: 'send'; dest: number; type: number; body: Uint8Array }
   | { do: 'subscribe'; component: number; subscriber: number; period: number; every: boolean }
   | { do: 'unsubscribe'; component: number; subscriber: number }
-  | { do: 'taken'; component: number }
+  | { do: 'taken'; components: number[] }
   | { do: 'takeStick'; id: number; address: number }
   | { do: 'reconnect' }
   | { do: 'takeSink'; id: number; address: number }

@@ -4,6 +4,7 @@ import { valueName } from '../codec/catalogue';
 import type { Elements } from '../codec/views';
 import { type MapColours, mapColours } from '../map/colours';
 import { eachEcho, pointType, segmentOf } from '../map/echoes';
+import { PointBuffer, pixelOf } from '../map/points';
 import { gridStep, type Point, type Size, toScreen, type View } from '../map/transform';
 import { resize } from './parts';
 
@@ -37,64 +38,98 @@ export function scanView(data: ScanData, { zoom, centre }: ScanLook, size: Size)
 
 // The farthest echo decides the scale, in steps, so that the picture does not breathe.
 function rangeOf({ points, maxRange }: ScanData): number {
-  let farthest = 1000;
+  let square = 1000 ** 2;
   eachEcho(points, (x, y) => {
-    farthest = Math.max(farthest, Math.hypot(x, y));
+    square = Math.max(square, x * x + y * y);
   });
-  const rounded = 1000 * Math.SQRT2 ** Math.ceil(2 * Math.log2(farthest / 1000));
+  const rounded = 1000 * Math.SQRT2 ** Math.ceil(2 * Math.log2(Math.sqrt(square) / 1000));
   return maxRange > 0 ? Math.min(rounded, maxRange) : rounded;
 }
 
-export function paintScan(canvas: HTMLCanvasElement, data: ScanData, sight: ScanLook, isLadar: boolean): void {
-  const ratio = devicePixelRatio;
-  const size: Size = { width: canvas.clientWidth, height: canvas.clientHeight };
-  resize(canvas, Math.round(size.width * ratio), Math.round(size.height * ratio));
-  const context = canvas.getContext('2d', { alpha: false });
-  if (context === null || size.width === 0) return;
-  const colours = mapColours();
-  const view = scanView(data, sight, size);
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.fillStyle = colours.ground;
-  context.fillRect(0, 0, size.width, size.height);
-  paintRings(context, view, size, colours);
-  if (sight.style === 'lines') paintLines(context, data, view, size, colours.scan);
-  else paintPoints(context, data, view, size, colourOf(colours, data, sight.style, isLadar), sight.style === 'far');
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  paintRobot(context, view, size, colours);
+// The rings and the robot are painted when the view changes, the echoes above them for each scan.
+export class ScanPainter {
+  private readonly buffer = new PointBuffer();
+  private ground = ''; // what it was painted for
+
+  constructor(private readonly canvas: HTMLCanvasElement) {}
+
+  // `size`: of the canvas, in CSS pixels.
+  paint(data: ScanData, sight: ScanLook, size: Size, isLadar: boolean): void {
+    const context = this.canvas.getContext('2d', { alpha: false, willReadFrequently: true });
+    if (context === null || size.width === 0) return;
+    const ratio = devicePixelRatio;
+    const sheet = { context, size, ratio, view: scanView(data, sight, size), colours: mapColours() };
+    this.keepGround(sheet);
+    this.buffer.clear();
+    if (sight.style !== 'lines') {
+      const colour = colourOf(sheet.colours, data, sight.style, isLadar);
+      addPoints(this.buffer, data, sheet, colour, sight.style === 'far');
+    }
+    this.buffer.replace(context);
+    if (sight.style === 'lines') paintLines(data, sheet);
+  }
+
+  private keepGround(sheet: Sheet): void {
+    const { context, size, ratio, view, colours } = sheet;
+    const ground = JSON.stringify([size, ratio, view, colours.ground]);
+    if (ground === this.ground) return;
+    this.ground = ground;
+    const [width, height] = [Math.round(size.width * ratio), Math.round(size.height * ratio)];
+    resize(this.canvas, width, height);
+    this.buffer.resize(width, height);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.fillStyle = colours.ground;
+    context.fillRect(0, 0, size.width, size.height);
+    paintRings(sheet);
+    paintRobot(sheet);
+    this.buffer.keepGround(context);
+  }
 }
 
-type ColourOf = (type: number, i: number) => string;
+interface Sheet {
+  context: CanvasRenderingContext2D;
+  size: Size;
+  ratio: number; // device pixels a CSS pixel
+  view: View;
+  colours: MapColours;
+}
+
+type ColourOf = (type: number, i: number) => number;
 
 function colourOf(colours: MapColours, { points }: ScanData, style: ScanStyle, isLadar: boolean): ColourOf {
-  const { scan, reflector, moving, transparent, rain, dirt, robots } = colours;
-  if (style === 'segments') return (_, i) => robots[segmentOf(points, i) % robots.length] ?? scan;
+  const [scan, reflector, moving] = [pixelOf(colours.scan), pixelOf(colours.reflector), pixelOf(colours.moving)];
+  if (style === 'segments') {
+    const robots = colours.robots.map(pixelOf);
+    return (_, i) => robots[segmentOf(points, i) % robots.length] ?? scan;
+  }
+  const { transparent, rain, dirt } = colours;
   const byName: Record<string, string> = { transparent, rain, dirt };
+  const byKind = Array.from({ length: pointType.classMask + 1 }, (_, kind) =>
+    kind === 0 ? scan : pixelOf(byName[valueName('LadarPoint.type', kind) ?? ''] ?? colours.scan),
+  );
   return (type) => {
     if ((type & pointType.reflector) !== 0) return reflector;
     const kind = type & pointType.classMask;
-    if (isLadar) return kind === 0 ? scan : (byName[valueName('LadarPoint.type', kind) ?? ''] ?? scan);
+    if (isLadar) return byKind[kind] ?? scan;
     return kind === pointType.moving ? moving : scan;
   };
 }
 
 // `grows`: points are as far apart as the beams are wide, so that a wall is closed at each distance.
-function paintPoints(
-  context: CanvasRenderingContext2D,
+function addPoints(
+  buffer: PointBuffer,
   data: ScanData,
-  view: View,
-  size: Size,
+  { view, size, ratio }: Sheet,
   colour: ColourOf,
   grows: boolean,
-) {
-  const ratio = devicePixelRatio;
+): void {
   const least = Math.max(2, Math.round(Math.min(6, 2.5 * Math.sqrt(view.scale / wholeScale)) * ratio));
-  context.setTransform(1, 0, 0, 1, 0, 0); // whole pixels of the screen: they need no smoothing
+  const robot = toScreen(view, size, { x: 0, y: 0 });
   eachEcho(data.points, (forward, right, type, i) => {
-    const { x, y } = toScreen(view, size, { x: forward, y: right });
+    const x = robot.x + right * view.scale; // forward is up
+    const y = robot.y - forward * view.scale;
     const beam = grows ? Math.round(beamWidth * Math.hypot(forward, right) * view.scale * ratio) : 0;
-    const width = Math.max(least, Math.min(beam, beamPixelsMax));
-    context.fillStyle = colour(type, i);
-    context.fillRect(Math.round(x * ratio - width / 2), Math.round(y * ratio - width / 2), width, width);
+    buffer.add(x * ratio, y * ratio, colour(type, i), Math.max(least, Math.min(beam, beamPixelsMax)));
   });
 }
 
@@ -102,8 +137,8 @@ const wholeScale = 0.03; // pixels a mm
 const beamWidth = Math.PI / 360; // rad
 const beamPixelsMax = 40;
 
-function paintLines(context: CanvasRenderingContext2D, data: ScanData, view: View, size: Size, colour: string): void {
-  context.strokeStyle = colour;
+function paintLines(data: ScanData, { context, size, view, colours }: Sheet): void {
+  context.strokeStyle = colours.scan;
   context.lineWidth = 1.5;
   context.beginPath();
   let before: number | undefined;
@@ -116,7 +151,7 @@ function paintLines(context: CanvasRenderingContext2D, data: ScanData, view: Vie
   context.stroke();
 }
 
-function paintRobot(context: CanvasRenderingContext2D, view: View, size: Size, colours: MapColours): void {
+function paintRobot({ context, size, view, colours }: Sheet): void {
   const { x, y } = toScreen(view, size, { x: 0, y: 0 });
   context.fillStyle = colours.robots[0] ?? colours.text;
   context.beginPath();
@@ -126,7 +161,7 @@ function paintRobot(context: CanvasRenderingContext2D, view: View, size: Size, c
   context.fill();
 }
 
-function paintRings(context: CanvasRenderingContext2D, view: View, size: Size, colours: MapColours): void {
+function paintRings({ context, size, view, colours }: Sheet): void {
   const step = gridStep(view.scale, ringPixels);
   const { x, y } = toScreen(view, size, { x: 0, y: 0 });
   context.strokeStyle = colours.grid;

@@ -1,10 +1,11 @@
 // A scan with what one does to look at it.
 
-import { effect, type Signal, useSignal, useSignalEffect } from '@preact/signals';
+import { effect, type ReadonlySignal, type Signal, useSignal, useSignalEffect } from '@preact/signals';
+import type { RefObject } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
 import { classId } from '../codec/catalogue';
 import { eachEcho } from '../map/echoes';
-import { panned } from '../map/transform';
+import { panned, type Size } from '../map/transform';
 import type { Component } from '../model/fleet';
 import { CheckBox } from '../ui/check_box';
 import { useNow } from '../ui/connection';
@@ -12,7 +13,15 @@ import { metres } from '../ui/quantities';
 import { saveFile } from '../ui/save';
 import { isDark } from '../ui/theme';
 import { defaultPeriod, eachSample, type Stream, useStream } from '../ui/use_stream';
-import { paintScan, type ScanData, type ScanLook, type ScanStyle, scanView, wholeScan, zoomedScan } from './scan_paint';
+import {
+  type ScanData,
+  type ScanLook,
+  ScanPainter,
+  type ScanStyle,
+  scanView,
+  wholeScan,
+  zoomedScan,
+} from './scan_paint';
 import { StreamBox, type ViewProperties } from './view';
 
 const options = { elements: true };
@@ -96,16 +105,17 @@ interface ScanCanvasProperties extends ViewProperties {
 // Draws when a sample comes, without a new look at the elements around it.
 function ScanCanvas({ component, stream, sight, zoom }: ScanCanvasProperties) {
   const canvas = useRef<HTMLCanvasElement>(null);
+  const size = useSize(canvas);
   const isLadar = component.classId === classId('Ladar');
-  useEffect(
-    () =>
-      effect(() => {
-        isDark(); // in other colours
-        const value = stream.value.value;
-        if (canvas.current !== null && value !== undefined) paintScan(canvas.current, value.data, sight.value, isLadar);
-      }),
-    [stream.value, isLadar],
-  );
+  useEffect(() => {
+    if (canvas.current === null) return;
+    const painter = new ScanPainter(canvas.current);
+    return effect(() => {
+      isDark(); // in other colours
+      const value = stream.value.value;
+      if (value !== undefined) painter.paint(value.data, sight.value, size.value, isLadar);
+    });
+  }, [stream.value, isLadar]);
   const drag = ({
     buttons,
     movementX,
@@ -133,6 +143,20 @@ function ScanCanvas({ component, stream, sight, zoom }: ScanCanvasProperties) {
       onWheel={turnWheel}
     />
   );
+}
+
+// Of an element, in CSS pixels. To ask for it at each sample would lay out the page as often.
+function useSize(element: RefObject<Element | null>): ReadonlySignal<Size> {
+  const size = useSignal<Size>({ width: 0, height: 0 });
+  useEffect(() => {
+    if (element.current === null) return;
+    const observer = new ResizeObserver(([entry]) => {
+      if (entry !== undefined) size.value = { width: entry.contentRect.width, height: entry.contentRect.height };
+    });
+    observer.observe(element.current);
+    return () => observer.disconnect();
+  }, []);
+  return size;
 }
 
 // Twice a second: who reads cannot follow faster.
