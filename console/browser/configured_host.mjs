@@ -4,6 +4,9 @@ import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { eventually, freePort, Host } from './fixture.mjs';
 
+// After which a change goes back at the earliest, in s: stories wait for it.
+export const leastWindow = 6;
+
 export class ConfiguredHost extends Host {
   ended = false;
 
@@ -63,7 +66,11 @@ ${text}`,
   }
 
   async startAgent() {
-    this.agent = this.run('tims-agent', [`--folder=${this.files}`, `--state=${this.state}`]);
+    this.agent = this.run('tims-agent', [
+      `--folder=${this.files}`,
+      `--state=${this.state}`,
+      `--least-window=${leastWindow}s`,
+    ]);
     await eventually(() => this.agent.output.includes('answers as'), `the agent of ${this.name} answers`);
   }
 

@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { execFile, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -14,6 +15,8 @@ export const programs = process.env.TIMS_PROGRAMS ?? join(root, 'build/release/b
 const consoleFolder = process.env.TIMS_CONSOLE; // in place of that of the programs' build
 export const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 const patience = 30_000; // ms; the machine may be busy
+
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 
 const sleep = (time) => new Promise((resolve) => setTimeout(resolve, time));
 
@@ -229,7 +232,9 @@ export class Host {
       if (child.exitCode !== null || child.signalCode !== null) continue;
       const ended = new Promise((resolve) => child.once('exit', resolve));
       child.kill('SIGTERM');
-      await Promise.race([ended, sleep(10_000).then(() => child.kill('SIGKILL'))]);
+      const timer = setTimeout(() => child.kill('SIGKILL'), 10_000);
+      await ended;
+      clearTimeout(timer); // a test file ends with its last timer
     }
     rmSync(this.folder, { recursive: true, force: true });
   }
@@ -278,5 +283,19 @@ export class Watched {
     await this.context.close();
     const troubles = this.troubles.filter((text) => !ignored.some((part) => text.includes(part)));
     assert.deepEqual(troubles, []);
+  }
+  // What axe finds on the page that is shown, as far as it is serious. `rules`: all, if it names none.
+  async seriousFindings(rules = []) {
+    this.tools ??= await this.context.newCDPSession(this.page); // the policy of the page forbids a script tag
+    const isThere = await this.page.evaluate(() => globalThis.axe !== undefined);
+    if (!isThere) await this.tools.send('Runtime.evaluate', { expression: axe });
+    const violations = await this.page.evaluate(async (only) => {
+      for (let i = 0; i < 2; ++i) await new Promise(requestAnimationFrame); // a change of the address is drawn
+      const chosen = only.length === 0 ? {} : { runOnly: { type: 'rule', values: only } };
+      return (await globalThis.axe.run({ resultTypes: ['violations'], ...chosen })).violations;
+    }, rules);
+    return violations
+      .filter(({ impact }) => impact === 'serious' || impact === 'critical')
+      .map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(' ')}`);
   }
 }

@@ -149,8 +149,16 @@ test('a robot whose programs have ended is missed, also by who comes again, unti
   const { page } = watched;
   await page.getByRole('link', { name: 'Robot 2' }).waitFor();
   programs.kill('SIGTERM');
+  await eventually(async () => !JSON.stringify(await base.timsctl('component', 'list')).includes('(2/0)'), 'they end');
+  // Later, by the clock of the page.
+  const later = () => {
+    const now = Date.now;
+    Date.now = () => now() + 60_000;
+  };
+  await page.addInitScript(later);
+  await page.evaluate(later);
   const gone = page.getByRole('listitem').filter({ hasText: 'Robot 2' });
-  await gone.getByText(/None of its components is registered since/).waitFor({ timeout: 60_000 });
+  await gone.getByText(/None of its components is registered since/).waitFor();
   await page.reload();
   await gone.getByText(/None of its components/).waitFor();
   await page.getByText('2 robots, 1 in trouble').waitFor();

@@ -63,23 +63,26 @@ async function disabledIn(box) {
   return found.filter(([, title]) => reason.test(title)).map(([name]) => name.trim());
 }
 
-async function useAll(box) {
-  const all = box.locator(controls);
-  for (let i = 0; i < (await all.count()); ++i)
-    await all.nth(i).evaluate((element) => {
-      if (element.disabled || element.type === 'file' || element.closest('details:not([open])') !== null) return;
-      const change = () => element.dispatchEvent(new Event('change', { bubbles: true }));
-      if (element instanceof HTMLSelectElement) {
-        element.selectedIndex = (element.selectedIndex + 1) % element.options.length;
-        change();
-      } else if (element.matches('button, [type=checkbox], [type=radio]')) element.click();
+// One after the other, as the page is drawn anew after each.
+const useAll = (box) =>
+  box.evaluate(async (element, selector) => {
+    const change = (control) => control.dispatchEvent(new Event('change', { bubbles: true }));
+    for (let i = 0; ; ++i) {
+      const control = element.querySelectorAll(selector)[i];
+      if (control === undefined) return;
+      if (control.disabled || control.type === 'file' || control.closest('details:not([open])') !== null) continue;
+      if (control instanceof HTMLSelectElement) {
+        control.selectedIndex = (control.selectedIndex + 1) % control.options.length;
+        change(control);
+      } else if (control.matches('button, [type=checkbox], [type=radio]')) control.click();
       else {
-        element.value = '1';
-        element.dispatchEvent(new Event('input', { bubbles: true }));
-        change();
+        control.value = '1';
+        control.dispatchEvent(new Event('input', { bubbles: true }));
+        change(control);
       }
-    });
-}
+      await new Promise(requestAnimationFrame);
+    }
+  }, controls);
 
 const askedOfAll = schema.every_class.filter(({ name }) => /^(GET|STOP)_/.test(name)).map(({ type }) => type);
 
@@ -110,9 +113,10 @@ test('views: what would command is disabled, all else commands nothing', async (
   const watched = await opened('#/fleet');
   const { page } = watched;
   const names = schema.classes.map(({ name }) => name).filter((name) => component(name) !== undefined);
+  await page.goto(`${host.address}/#/robot/${system}?tiles=${names.map((name) => `${name}/0`)}`);
   for (const name of names) {
-    await page.goto(`${host.address}/#/robot/${system}?tiles=${name}/0`);
     const tile = page.getByRole('region', { name: `${name}/0`, exact: true });
+    await tile.scrollIntoViewIfNeeded(); // until then it asks for no data
     const body = tile.locator('.tile-body');
     await eventually(async () => {
       for (const summary of await body.locator('details:not([open]) > summary').all()) await summary.click();

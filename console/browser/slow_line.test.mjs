@@ -80,7 +80,7 @@ test('the newest scan is young and STOP is fast, with a camera on the same line'
   });
   const ages = [];
   const times = [];
-  for (let i = 0; i < 10; ++i) {
+  for (let i = 0; i < 6; ++i) {
     await page.waitForTimeout(200);
     for (let k = 0; k < 5; ++k) ages.push(await ageShown(tile));
     const chassis = swarm.components.get(addressOf(1, classes.chassis, 0));

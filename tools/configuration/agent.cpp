@@ -46,10 +46,11 @@ std::string now_text() {
 }  // namespace
 
 Agent::Agent(tims::Time now, const Folder& folder, const Store& store, const Effects& effects,
-             std::function<void(const std::string&)> log)
+             tims::Duration least_window, std::function<void(const std::string&)> log)
     : folder_(folder),
       store_(store),
       effects_(effects),
+      least_window_(least_window),
       log_(std::move(log)),
       change_(now, value_or_fail(store.load(), "the record of the agent")) {
   (void)value_or_fail(folder_.read(), folder_.path());
@@ -148,6 +149,7 @@ json::object Agent::state(tims::Time now) const {
                     {"generation", record.current},
                     {"state", name_of(change_.state(now))},
                     {"left_s", base::seconds(change_.left(now))},
+                    {"window_min_s", base::seconds(least_window_)},
                     {"done", done_},
                     {"last", nullptr}};
   if (const Item* item = change_.pending()) {
@@ -298,7 +300,9 @@ json::object Agent::begin(tims::Time now, const json::object& question, const Te
   Item item{.change = change_id(question),
             .who = checked_text(question, "who"),
             .why = checked_text(question, "why")};
-  const tims::Duration window = seconds_in(question, "window_s", 90, 30, 600);
+  const tims::Duration window =
+      seconds_in(question, "window_s", base::seconds(kWindow), base::seconds(least_window_),
+                 base::seconds(kWindowMax));
   item.others = others_in(question);
   refuse_if(change_.may_begin(now, item.change));
   const std::vector<Finding> found = findings(before, after);

@@ -30,10 +30,10 @@ struct RouterIdentity {
 
 class Agent {
  public:
-  // `log`: what people should see of changes. Throws Failure: the record or the files cannot be
-  // read.
+  // `least_window`: that may be asked for, from kWindowMin to kWindow. `log`: what people should see
+  // of changes. Throws Failure: the record or the files cannot be read.
   Agent(tims::Time now, const Folder& folder, const Store& store, const Effects& effects,
-        std::function<void(const std::string&)> log);
+        tims::Duration least_window, std::function<void(const std::string&)> log);
 
   void set_router(RouterIdentity router) { router_ = std::move(router); }
 
@@ -83,6 +83,7 @@ class Agent {
   const Folder& folder_;
   const Store& store_;
   const Effects& effects_;
+  const tims::Duration least_window_;
   std::function<void(const std::string&)> log_;
   HostChange change_;
   RouterIdentity router_{};

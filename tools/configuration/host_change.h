@@ -28,7 +28,9 @@ namespace timsctl::configuration {
 
 using Generation = std::uint64_t;  // 0: there is none
 
-inline constexpr tims::Duration kWindowMin = std::chrono::seconds(30);
+// The least window that an agent may be told to allow, and the usual one.
+inline constexpr tims::Duration kWindowMin = std::chrono::seconds(3);
+inline constexpr tims::Duration kLeastWindow = std::chrono::seconds(30);
 inline constexpr tims::Duration kWindowMax = std::chrono::seconds(600);
 inline constexpr tims::Duration kWindow = std::chrono::seconds(90);
 inline constexpr tims::Duration kLockMax = std::chrono::seconds(600);

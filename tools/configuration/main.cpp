@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/measure.h"
 #include "os/clock.h"
 #include "os/environment.h"
 #include "os/service_manager.h"
@@ -40,12 +41,16 @@ constexpr std::string_view kHelp =
     "  --folder=DIR     the configuration files (default: /etc/tims)\n"
     "  --state=DIR      where it keeps its record and the last 20 generations of the files\n"
     "                   (default: $STATE_DIRECTORY, else /var/lib/tims-agent)\n"
+    "  --least-window=TIME\n"
+    "                   the shortest time that may be asked for until a change goes back, from 3s to\n"
+    "                   90s (default: 30s): programs have to be restarted, and people to look\n"
     "  --help           show this\n"
     "  --version        show the version\n";
 
 struct Settings {
   std::string folder = "/etc/tims";
   std::string state = "/var/lib/tims-agent";
+  tims::Duration least_window = kLeastWindow;
 };
 
 void log(const std::string& text) { fmt::print(stderr, "tims-agent: {}\n", base::printable(text)); }
@@ -155,6 +160,15 @@ void serve(Agent& agent, const UnixHost& router, const Signals& signals) {
   }
 }
 
+tims::Duration window_of(std::string_view text) {
+  const auto window = base::parse_duration(text);
+  if (!window || *window < kWindowMin || *window > kWindow)
+    throw usage_error(fmt::format("--least-window={}: it must be from {} to {}", text,
+                                  base::human_duration(base::seconds(kWindowMin)),
+                                  base::human_duration(base::seconds(kWindow))));
+  return *window;
+}
+
 std::optional<Settings> settings_of(int argc, char** argv) {
   Settings settings;
   if (const std::string state = tims::os::environment("STATE_DIRECTORY"); !state.empty())
@@ -163,10 +177,13 @@ std::optional<Settings> settings_of(int argc, char** argv) {
     const std::string_view argument = argv[i];
     constexpr std::string_view kFolder = "--folder=";
     constexpr std::string_view kState = "--state=";
+    constexpr std::string_view kLeast = "--least-window=";
     if (argument.starts_with(kFolder))
       settings.folder = argument.substr(kFolder.size());
     else if (argument.starts_with(kState))
       settings.state = argument.substr(kState.size());
+    else if (argument.starts_with(kLeast))
+      settings.least_window = window_of(argument.substr(kLeast.size()));
     else
       return std::nullopt;
   }
@@ -182,7 +199,7 @@ int run(const Settings& settings) {
   const Folder folder(settings.folder);
   const Store store(settings.state);
   const Effects effects(folder, *router, signals);
-  Agent agent(tims::os::now(), folder, store, effects, log);
+  Agent agent(tims::os::now(), folder, store, effects, settings.least_window, log);
   tims::os::ServiceManager manager = tims::os::ServiceManager::of_environment();
   manager.report("READY", "1");
   (void)manager.flush();
@@ -206,12 +223,9 @@ int main(int argc, char** argv) {
     fmt::print("tims-agent {}\n", own_version());
     return 0;
   }
-  const auto settings = configuration::settings_of(argc, argv);
-  if (!settings) {
-    fmt::print(stderr, "tims-agent: unknown argument; see tims-agent --help\n");
-    return static_cast<int>(Exit::kUsage);
-  }
   try {
+    const auto settings = configuration::settings_of(argc, argv);
+    if (!settings) throw usage_error("unknown argument; see tims-agent --help");
     return configuration::run(*settings);
   } catch (const Failure& failure) {
     fmt::print(stderr, "{}", failure_text(failure));

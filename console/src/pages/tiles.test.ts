@@ -40,7 +40,7 @@ test('what belongs together is offered as far as the robot has it', () => {
     kits.map((kit) => [kit.name, tilesText(kit.tiles)]),
     [
       ['Driving', 'Chassis/0,Pilot/1'],
-      ['Way', 'Pilot/1,Position/0'],
+      ['Path', 'Pilot/1,Position/0'],
     ],
   );
   assert.deepEqual(kitsOf([]), []);

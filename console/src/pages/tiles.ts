@@ -20,7 +20,7 @@ export function tilesText(tiles: OpenTile[]): string {
 const kits: [name: string, classes: string[]][] = [
   ['Driving', ['Chassis', 'Scan2d', 'Camera', 'Pilot']],
   ['Localisation', ['Position', 'Mcl', 'Gps', 'Compass']],
-  ['Way', ['Path', 'Pilot', 'Position', 'Planner']],
+  ['Path', ['Path', 'Pilot', 'Position', 'Planner']],
   ['Sensors', ['Ladar', 'Scan2d', 'Scan3d', 'Camera', 'Gyro', 'ObjRecog']],
 ];
 

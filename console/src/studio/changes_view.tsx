@@ -8,7 +8,8 @@ import { showLine } from './place';
 import type { CheckedFile, Effect } from './protocol';
 import { useStudio } from './workshop';
 
-const windows = [30, 60, 90, 180, 600]; // s
+const windows = [60, 90, 180, 600]; // s, beside the least that all hosts allow
+const leastWindow = 30;
 const usualWindow = 90;
 
 export function ChangesView() {
@@ -38,6 +39,7 @@ function ApplyForm() {
   const who = useSignal(localStorage.getItem(stored) ?? '');
   const why = useSignal('');
   const window = useSignal(usualWindow);
+  const least = Math.max(...studio.hosts.value.map(({ list }) => list?.change.window_min_s ?? leastWindow));
   const busy = useSignal(false);
   const errors = studio.problems.value.filter(({ severity }) => severity === 'error').length;
   const conflicts = studio.conflicts.value.length;
@@ -73,7 +75,7 @@ function ApplyForm() {
       <label>
         Goes back unless kept within{' '}
         <select value={window.value} onChange={(event) => (window.value = Number(event.currentTarget.value))}>
-          {windows.map((seconds) => (
+          {[least, ...windows.filter((seconds) => seconds > least)].map((seconds) => (
             <option key={seconds} value={seconds}>
               {seconds} s
             </option>

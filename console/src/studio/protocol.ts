@@ -134,6 +134,7 @@ export interface HostState {
   why?: string;
   left_s?: number;
   window_s?: number;
+  window_min_s?: number; // the least that may be asked for
   others?: string[];
   done?: Effect[];
   last?: { generation: number; change: string; outcome: Outcome; reason?: string; time: string } | null;
