@@ -300,9 +300,8 @@ json::object Agent::begin(tims::Time now, const json::object& question, const Te
   Item item{.change = change_id(question),
             .who = checked_text(question, "who"),
             .why = checked_text(question, "why")};
-  const tims::Duration window =
-      seconds_in(question, "window_s", base::seconds(kWindow), base::seconds(least_window_),
-                 base::seconds(kWindowMax));
+  const tims::Duration window = seconds_in(question, "window_s", base::seconds(kWindow),
+                                           base::seconds(least_window_), base::seconds(kWindowMax));
   item.others = others_in(question);
   refuse_if(change_.may_begin(now, item.change));
   const std::vector<Finding> found = findings(before, after);

@@ -30,8 +30,8 @@ struct RouterIdentity {
 
 class Agent {
  public:
-  // `least_window`: that may be asked for, from kWindowMin to kWindow. `log`: what people should see
-  // of changes. Throws Failure: the record or the files cannot be read.
+  // `least_window`: that may be asked for, from kWindowMin to kWindow. `log`: what people should
+  // see of changes. Throws Failure: the record or the files cannot be read.
   Agent(tims::Time now, const Folder& folder, const Store& store, const Effects& effects,
         tims::Duration least_window, std::function<void(const std::string&)> log);
 

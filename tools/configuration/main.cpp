@@ -42,7 +42,8 @@ constexpr std::string_view kHelp =
     "  --state=DIR      where it keeps its record and the last 20 generations of the files\n"
     "                   (default: $STATE_DIRECTORY, else /var/lib/tims-agent)\n"
     "  --least-window=TIME\n"
-    "                   the shortest time that may be asked for until a change goes back, from 3s to\n"
+    "                   the shortest time that may be asked for until a change goes back, from 3s "
+    "to\n"
     "                   90s (default: 30s): programs have to be restarted, and people to look\n"
     "  --help           show this\n"
     "  --version        show the version\n";
