@@ -127,6 +127,7 @@ void TlsRelay::refuse(const std::string& reason) {
 bool TlsRelay::make_inner() {
   if (what_.plain) {
     inner_ = std::move(what_.plain);
+    set_options(inner_.get());
     return true;
   }
   std::array<int, 2> ends{};

@@ -230,167 +230,186 @@ class BehindNat : public TwoHosts {
   std::unique_ptr<ChildProcess> tunnel_;
 };
 
-// The host that hides the robot answers for it, and lets nothing in.
-TEST_F(BehindNat, NothingReachesTheRobotFromOutside) {
-  EXPECT_FALSE(TwoNetworks::run("ip route get 192.168.78.2").ok());
-  for (const char* port : {"2000", "2010", "2011", "8080"}) {
-    EXPECT_TRUE(ByteSocket(std::string(TwoNetworks::kRight) + ":" + port).closed()) << port;
+// Its parts, each of which leaves the robot as the next ones need it: hosts and robot are started
+// once for several.
+struct BehindNatParts : BehindNat {
+  // The host that hides the robot answers for it, and lets nothing in.
+  void nothing_reaches_the_robot_from_outside() {
+    EXPECT_FALSE(TwoNetworks::run("ip route get 192.168.78.2").ok());
+    for (const char* port : {"2000", "2010", "2011", "8080"}) {
+      EXPECT_TRUE(ByteSocket(std::string(TwoNetworks::kRight) + ":" + port).closed()) << port;
+    }
+    // Nor is anything of it open to its own neighbours: all of it listens on loopback, but for the
+    // socket of its outgoing link.
+    networks_->on_the_right([] {
+      for (const char* port : {"2000", "2011", "8080"})
+        EXPECT_TRUE(ByteSocket(std::string(HiddenNetwork::kAddress) + ":" + port).closed()) << port;
+    });
   }
-  // Nor is anything of it open to its own neighbours: all of it listens on loopback, but for the
-  // socket of its outgoing link.
-  networks_->on_the_right([] {
-    for (const char* port : {"2000", "2011", "8080"})
-      EXPECT_TRUE(ByteSocket(std::string(HiddenNetwork::kAddress) + ":" + port).closed()) << port;
-  });
-}
 
-TEST_F(BehindNat, RoutersAndTheirLinks) {
-  prints({"router", "list"}, "robot3");
-  prints({"status", "-r", "robot3"}, "robot3");
-  prints({"router", "show", "-r", "robot3"}, "Tims(3/1)");
-  prints({"router", "clients", "-r", "robot3"}, "ChassisSim");
-  prints({"link", "show", "-r", "robot3"}, "base");
-  prints({"link", "show", "-r", "robot3", "--json"}, "\"secure\":true");
-  prints({"fleet", "show", "-r", "robot3"}, "");
-  prints({"route", "show", "Chassis(3/*)", "-r", "robot3"}, "Chassis(3/0)");
-  prints({"route", "get", "Chassis/3/0"}, "robot3");
-  prints({"route", "add", "Ladar(9/*)", "base", "-r", "robot3"}, "");
-  prints({"route", "show", "-r", "robot3", "--json"}, "Ladar(9/*)");
-  prints({"route", "del", "Ladar(9/*)", "-r", "robot3"}, "");
-  prints({"route", "watch", "-r", "robot3", "--for", "200ms"}, "");
-  prints({"mbx", "list", "Chassis(3/*)", "-r", "robot3"}, "Chassis(3/0)");
-  prints({"mbx", "show", "Chassis/3/0", "-r", "robot3"}, "ChassisSim");
-  prints({"stats", "-r", "robot3"}, "local");
-  prints({"top", "-r", "robot3", "-n", "1"}, "ChassisSim");
-  prints({"clock"}, "robot3");
-  prints({"explain", "Odometry/3/0", "Chassis/3/0"}, "it arrives");
-  EXPECT_THAT(base_->timsctl({"trace", "Chassis/3/0"}), HasSubstr("robot3"));
-  prints({"ping", "router", "-r", "robot3", "-n", "1"}, "1 answered");
-  prints({"ping", "Chassis/3/0", "-n", "1"}, "1 answered");
-  prints({"config", "show", "-r", "robot3"}, "security.keys");
-  prints({"doctor", "-r", "robot3"}, "robot3");
-}
-
-// The link comes back by itself: the robot connects again.
-TEST_F(BehindNat, LinksAreTakenDownAndUpAndResetFromAfar) {
-  prints({"link", "reset", "base", "-r", "robot3"}, "");
-  EXPECT_TRUE(eventually([&] { return base_->knows(kRobotChassis); }, "after the reset"));
-  prints({"link", "down", "robot3", "--yes"}, "");
-  EXPECT_TRUE(eventually([&] { return !base_->knows(kRobotChassis); }, "it is down"));
-  prints({"link", "up", "robot3"}, "");
-  EXPECT_TRUE(eventually([&] { return base_->knows(kRobotChassis); }, "it is up"));
-}
-
-TEST_F(BehindNat, ComponentsMessagesAndLogs) {
-  prints({"component", "list"}, "Chassis(3/0)");
-  turn_on_the_scanner();
-  prints({"component", "show", "Chassis/3/0"}, "vxMax");
-  prints({"component", "describe", "Chassis/3/0"}, "vxMax");
-  prints({"component", "param", "get", "Chassis/3/0", "vxMax"}, "1000");
-  prints({"component", "param", "set", "Chassis/3/0", "vxMax", "900"}, "900");
-  prints({"component", "data", "Chassis/3/0"}, "vx");
-  prints({"component", "pilot", "Chassis/3/0"}, "");
-  prints({"component", "pilot", "Chassis/3/0", "none"}, "");
-  prints({"msg", "pub", "Chassis/3/0", "get_status"}, "enabled");
-  prints({"msg", "echo", "Scan2d/3/0", "-n", "1"}, "Scan2d(3/0)");
-  prints({"msg", "hz", "Chassis/3/0", "--for", "1s"}, "Chassis(3/0)");
-  prints({"msg", "bw", "Chassis/3/0", "--for", "1s"}, "Chassis(3/0)");
-  prints({"log", "follow", "GDOS/3/0", "--for", "500ms"}, "");
-  prints({"component", "off", "Scan2d/3/0"}, "");
-}
-
-TEST_F(BehindNat, NavigationAndTheWorld) {
-  prints({"nav", "goto", "0.8", "0", "--robot", "3", "--for", "60s"}, "arrived");
-  prints({"nav", "where", "3"}, "heading");
-  prints({"nav", "path", "3"}, "");
-  prints({"nav", "map", "show", "--robot", "3"}, "floor.dxf");
-  prints({"world", "show"}, "scout");
-  prints({"world", "place", "scout", "500", "0"}, "");
-  prints({"world", "put", "3000", "3000", "200"}, "");
-  prints({"world", "people", "off"}, "");
-}
-
-TEST_F(BehindNat, TheConfigurationOfItsHost) {
-  const std::string speed = "robot3@robots/scout.toml:component[2].parameters.vxMax=";
-  prints({"config", "diff", speed + "900"}, "1000 -> 900");
-  prints({"config", "apply", speed + "900", "-y", "--why=slower"}, "");
-  prints({"config", "history", "-r", "robot3"}, "slower");
-  prints({"config", "apply", speed + "800"}, "");
-  prints({"config", "confirm", "-r", "robot3"}, "");
-  prints({"config", "apply", speed + "700"}, "");
-  prints({"config", "undo", "-r", "robot3"}, "");
-  prints({"config", "budget"}, "WORST");
-  EXPECT_THAT(as(configure_, {"component", "param", "get", "Chassis/3/0", "vxMax"}).out,
-              HasSubstr("800"));
-}
-
-TEST_F(BehindNat, RightsHoldAllTheWayToTheRobot) {
-  const Words status{"component", "status", "Chassis/3/0"};
-  const Words off{"component", "off", "Chassis/3/0"};
-  const Words on{"component", "on", "Chassis/3/0"};
-  const Words set{"component", "param", "set", "Chassis/3/0", "vxMax", "900"};
-  const Words reset{"link", "reset", "base", "-r", "robot3"};
-  const Words apply{"config", "apply", "robot3@robots/scout.toml:component[2].parameters.vxMax=900",
-                    "-y"};
-  EXPECT_TRUE(eventually([&] { return as(look_, status).code == 0; }, "it is on"));
-  for (const Words& denied : {off, set, reset, apply}) {
-    const Ran ran = as(look_, denied);
-    EXPECT_NE(ran.code, 0) << denied[1] << ran.out;
+  void routers_and_their_links() {
+    prints({"router", "list"}, "robot3");
+    prints({"status", "-r", "robot3"}, "robot3");
+    prints({"router", "show", "-r", "robot3"}, "Tims(3/1)");
+    prints({"router", "clients", "-r", "robot3"}, "ChassisSim");
+    prints({"link", "show", "-r", "robot3"}, "base");
+    prints({"link", "show", "-r", "robot3", "--json"}, "\"secure\":true");
+    prints({"fleet", "show", "-r", "robot3"}, "");
+    prints({"route", "show", "Chassis(3/*)", "-r", "robot3"}, "Chassis(3/0)");
+    prints({"route", "get", "Chassis/3/0"}, "robot3");
+    prints({"route", "add", "Ladar(9/*)", "base", "-r", "robot3"}, "");
+    prints({"route", "show", "-r", "robot3", "--json"}, "Ladar(9/*)");
+    prints({"route", "del", "Ladar(9/*)", "-r", "robot3"}, "");
+    prints({"route", "watch", "-r", "robot3", "--for", "200ms"}, "");
+    prints({"mbx", "list", "Chassis(3/*)", "-r", "robot3"}, "Chassis(3/0)");
+    prints({"mbx", "show", "Chassis/3/0", "-r", "robot3"}, "ChassisSim");
+    prints({"stats", "-r", "robot3"}, "local");
+    prints({"top", "-r", "robot3", "-n", "1"}, "ChassisSim");
+    prints({"clock"}, "robot3");
+    prints({"explain", "Odometry/3/0", "Chassis/3/0"}, "it arrives");
+    EXPECT_THAT(base_->timsctl({"trace", "Chassis/3/0"}), HasSubstr("robot3"));
+    prints({"ping", "router", "-r", "robot3", "-n", "1"}, "1 answered");
+    prints({"ping", "Chassis/3/0", "-n", "1"}, "1 answered");
+    prints({"config", "show", "-r", "robot3"}, "security.keys");
+    prints({"doctor", "-r", "robot3"}, "robot3");
   }
-  EXPECT_EQ(as(drive_, off).code, 0);
-  EXPECT_EQ(as(drive_, on).code, 0);
-  for (const Words& denied : {set, reset, apply}) {
-    const Ran ran = as(drive_, denied);
-    EXPECT_NE(ran.code, 0) << denied[1] << ran.out;
+
+  // The link comes back by itself: the robot connects again.
+  void links_are_taken_down_and_up_and_reset_from_afar() {
+    prints({"link", "reset", "base", "-r", "robot3"}, "");
+    EXPECT_TRUE(eventually([&] { return base_->knows(kRobotChassis); }, "after the reset"));
+    prints({"link", "down", "robot3", "--yes"}, "");
+    EXPECT_TRUE(eventually([&] { return !base_->knows(kRobotChassis); }, "it is down"));
+    prints({"link", "up", "robot3"}, "");
+    EXPECT_TRUE(eventually([&] { return base_->knows(kRobotChassis); }, "it is up"));
   }
+
+  void components_messages_and_logs() {
+    prints({"component", "list"}, "Chassis(3/0)");
+    turn_on_the_scanner();
+    prints({"component", "show", "Chassis/3/0"}, "vxMax");
+    prints({"component", "describe", "Chassis/3/0"}, "vxMax");
+    prints({"component", "param", "get", "Chassis/3/0", "vxMax"}, "1000");
+    prints({"component", "param", "set", "Chassis/3/0", "vxMax", "900"}, "900");
+    prints({"component", "data", "Chassis/3/0"}, "vx");
+    prints({"component", "pilot", "Chassis/3/0"}, "");
+    prints({"component", "pilot", "Chassis/3/0", "none"}, "");
+    prints({"msg", "pub", "Chassis/3/0", "get_status"}, "enabled");
+    prints({"msg", "echo", "Scan2d/3/0", "-n", "1"}, "Scan2d(3/0)");
+    prints({"msg", "hz", "Chassis/3/0", "--for", "1s"}, "Chassis(3/0)");
+    prints({"msg", "bw", "Chassis/3/0", "--for", "1s"}, "Chassis(3/0)");
+    prints({"log", "follow", "GDOS/3/0", "--for", "500ms"}, "");
+    prints({"component", "off", "Scan2d/3/0"}, "");
+  }
+
+  void navigation_and_the_world() {
+    prints({"nav", "goto", "0.8", "0", "--robot", "3", "--for", "60s"}, "arrived");
+    prints({"nav", "where", "3"}, "heading");
+    prints({"nav", "path", "3"}, "");
+    prints({"nav", "map", "show", "--robot", "3"}, "floor.dxf");
+    prints({"world", "show"}, "scout");
+    prints({"world", "place", "scout", "500", "0"}, "");
+    prints({"world", "put", "3000", "3000", "200"}, "");
+    prints({"world", "people", "off"}, "");
+  }
+
+  void the_configuration_of_its_host() {
+    const std::string speed = "robot3@robots/scout.toml:component[2].parameters.vxMax=";
+    prints({"config", "diff", speed + "900"}, "1000 -> 900");
+    prints({"config", "apply", speed + "900", "-y", "--why=slower"}, "");
+    prints({"config", "history", "-r", "robot3"}, "slower");
+    prints({"config", "apply", speed + "800"}, "");
+    prints({"config", "confirm", "-r", "robot3"}, "");
+    prints({"config", "apply", speed + "700"}, "");
+    prints({"config", "undo", "-r", "robot3"}, "");
+    prints({"config", "budget"}, "WORST");
+    EXPECT_THAT(as(configure_, {"component", "param", "get", "Chassis/3/0", "vxMax"}).out,
+                HasSubstr("800"));
+  }
+
+  void rights_hold_all_the_way_to_the_robot() {
+    const Words status{"component", "status", "Chassis/3/0"};
+    const Words off{"component", "off", "Chassis/3/0"};
+    const Words on{"component", "on", "Chassis/3/0"};
+    const Words set{"component", "param", "set", "Chassis/3/0", "vxMax", "900"};
+    const Words reset{"link", "reset", "base", "-r", "robot3"};
+    const Words apply{"config", "apply",
+                      "robot3@robots/scout.toml:component[2].parameters.vxMax=900", "-y"};
+    EXPECT_TRUE(eventually([&] { return as(look_, status).code == 0; }, "it is on"));
+    for (const Words& denied : {off, set, reset, apply}) {
+      const Ran ran = as(look_, denied);
+      EXPECT_NE(ran.code, 0) << denied[1] << ran.out;
+    }
+    EXPECT_EQ(as(drive_, off).code, 0);
+    EXPECT_EQ(as(drive_, on).code, 0);
+    for (const Words& denied : {set, reset, apply}) {
+      const Ran ran = as(drive_, denied);
+      EXPECT_NE(ran.code, 0) << denied[1] << ran.out;
+    }
+  }
+
+  void the_console_reaches_the_robot_with_its_login() {
+    const std::string links = R"({"ask":"links"})";
+    const std::string reset = R"({"ask":"link","link":"base","do":"reset"})";
+    {
+      WebSocketClient lena = page("look");
+      EXPECT_TRUE(eventually(
+          [&] { return answer_of(lena, type::kGetStatus, kRobotChassis) == type::kEnabled; },
+          "it is on"));
+      EXPECT_EQ(answer_of(lena, type::kGetData, kRobotChassis, std::string(4, '\0')), type::kData);
+      EXPECT_EQ(answer_of(lena, type::kAdminRequest, kRobotRouter, links), type::kAdminReply);
+      EXPECT_EQ(answer_of(lena, type::kOff, kRobotChassis), type::kNotAvailable);
+    }
+    {
+      WebSocketClient dora = page("drive");
+      EXPECT_EQ(answer_of(dora, type::kOff, kRobotChassis), type::kOk);
+      EXPECT_EQ(answer_of(dora, type::kOn, kRobotChassis), type::kOk);
+      EXPECT_EQ(answer_of(dora, type::kSetParam, kRobotChassis), type::kNotAvailable);
+      EXPECT_EQ(answer_of(dora, type::kAdminRequest, kRobotRouter, reset), type::kNotAvailable);
+    }
+    WebSocketClient anna = page("configure");
+    EXPECT_NE(answer_of(anna, type::kSetParam, kRobotChassis), type::kNotAvailable);
+    EXPECT_EQ(answer_of(anna, type::kAdminRequest, kRobotRouter, reset), type::kAdminReply);
+  }
+
+  // One of the base denies a person one thing, one of the robot what comes from the base.
+  void rules_on_the_way_deny_one_thing_and_allow_another() {
+    EXPECT_EQ(as(drive_, {"component", "describe", "Scan2d/3/0"}).code, 0);
+    const Ran denied = as(drive_, {"component", "off", "Scan2d/3/0"});
+    EXPECT_NE(denied.code, 0) << denied.out;
+    EXPECT_EQ(as(drive_, {"component", "off", "Chassis/3/0"}).code, 0);
+    EXPECT_NE(as(drive_, {"component", "off", "Position/3/0"}).code, 0);
+    EXPECT_NE(as(configure_, {"component", "off", "Position/3/0"}).code, 0);
+    EXPECT_EQ(as(configure_, {"component", "off", "Scan2d/3/0"}).code, 0);
+    const auto verdict = [&](const std::string& from, const std::string& to) {
+      return as(configure_, {"acl", "test", "--from", from, "--to", to, "--type", "off"}).out;
+    };
+    const std::string dora = "user:dora, right:look, right:drive";
+    EXPECT_THAT(verdict(dora, "Scan2d(3/0)"), HasSubstr("dora leaves scanners alone"));
+    EXPECT_THAT(verdict(dora, "Position(3/0)"), HasSubstr("positions stay"));
+    EXPECT_THAT(verdict(dora, "Chassis(3/0)"), testing::Not(HasSubstr("denied")));
+    prints({"acl", "hits", "-r", "robot3"}, "positions stay");
+    prints({"acl", "log"}, "dora leaves scanners alone");
+    WebSocketClient page_that_drives = page("drive");
+    EXPECT_EQ(answer_of(page_that_drives, type::kOff, *Address::parse("Position(3/0)")),
+              type::kNotAvailable);
+    EXPECT_EQ(answer_of(page_that_drives, type::kOn, kRobotChassis), type::kOk);
+  }
+};
+
+TEST_F(BehindNatParts, TimsctlReachesAllOfTheRobot) {
+  nothing_reaches_the_robot_from_outside();
+  routers_and_their_links();
+  links_are_taken_down_and_up_and_reset_from_afar();
+  components_messages_and_logs();
+  navigation_and_the_world();
+  the_configuration_of_its_host();
 }
 
-TEST_F(BehindNat, TheConsoleReachesTheRobotWithItsLogin) {
-  const std::string links = R"({"ask":"links"})";
-  const std::string reset = R"({"ask":"link","link":"base","do":"reset"})";
-  {
-    WebSocketClient lena = page("look");
-    EXPECT_TRUE(eventually(
-        [&] { return answer_of(lena, type::kGetStatus, kRobotChassis) == type::kEnabled; },
-        "it is on"));
-    EXPECT_EQ(answer_of(lena, type::kGetData, kRobotChassis, std::string(4, '\0')), type::kData);
-    EXPECT_EQ(answer_of(lena, type::kAdminRequest, kRobotRouter, links), type::kAdminReply);
-    EXPECT_EQ(answer_of(lena, type::kOff, kRobotChassis), type::kNotAvailable);
-  }
-  {
-    WebSocketClient dora = page("drive");
-    EXPECT_EQ(answer_of(dora, type::kOff, kRobotChassis), type::kOk);
-    EXPECT_EQ(answer_of(dora, type::kOn, kRobotChassis), type::kOk);
-    EXPECT_EQ(answer_of(dora, type::kSetParam, kRobotChassis), type::kNotAvailable);
-    EXPECT_EQ(answer_of(dora, type::kAdminRequest, kRobotRouter, reset), type::kNotAvailable);
-  }
-  WebSocketClient anna = page("configure");
-  EXPECT_NE(answer_of(anna, type::kSetParam, kRobotChassis), type::kNotAvailable);
-  EXPECT_EQ(answer_of(anna, type::kAdminRequest, kRobotRouter, reset), type::kAdminReply);
-}
-
-// One of the base denies a person one thing, one of the robot what comes from the base.
-TEST_F(BehindNat, RulesOnTheWayDenyOneThingAndAllowAnother) {
-  EXPECT_EQ(as(drive_, {"component", "describe", "Scan2d/3/0"}).code, 0);
-  const Ran denied = as(drive_, {"component", "off", "Scan2d/3/0"});
-  EXPECT_NE(denied.code, 0) << denied.out;
-  EXPECT_EQ(as(drive_, {"component", "off", "Chassis/3/0"}).code, 0);
-  EXPECT_NE(as(drive_, {"component", "off", "Position/3/0"}).code, 0);
-  EXPECT_NE(as(configure_, {"component", "off", "Position/3/0"}).code, 0);
-  EXPECT_EQ(as(configure_, {"component", "off", "Scan2d/3/0"}).code, 0);
-  const auto verdict = [&](const std::string& from, const std::string& to) {
-    return as(configure_, {"acl", "test", "--from", from, "--to", to, "--type", "off"}).out;
-  };
-  const std::string dora = "user:dora, right:look, right:drive";
-  EXPECT_THAT(verdict(dora, "Scan2d(3/0)"), HasSubstr("dora leaves scanners alone"));
-  EXPECT_THAT(verdict(dora, "Position(3/0)"), HasSubstr("positions stay"));
-  EXPECT_THAT(verdict(dora, "Chassis(3/0)"), testing::Not(HasSubstr("denied")));
-  prints({"acl", "hits", "-r", "robot3"}, "positions stay");
-  prints({"acl", "log"}, "dora leaves scanners alone");
-  WebSocketClient page_that_drives = page("drive");
-  EXPECT_EQ(answer_of(page_that_drives, type::kOff, *Address::parse("Position(3/0)")),
-            type::kNotAvailable);
-  EXPECT_EQ(answer_of(page_that_drives, type::kOn, kRobotChassis), type::kOk);
+TEST_F(BehindNatParts, RightsAndRulesHoldAllTheWay) {
+  rights_hold_all_the_way_to_the_robot();
+  the_console_reaches_the_robot_with_its_login();
+  rules_on_the_way_deny_one_thing_and_allow_another();
 }
 
 }  // namespace behind_nat_test
