@@ -16,16 +16,16 @@ namespace tims::io {
 
 inline constexpr std::size_t kStaticRoutesMax = 256;
 
-// For questions of which acts() is true: executes the request. Returns the answer.
+// For questions with Effect::kChanges: executes the request. Returns the answer.
 std::string act(const Question& question, core::ClientId asker, AdminSource& source,
                 const Clocks& clocks);
 
-// For questions of which makes_login() is true: a login of at most the rights of the asker. Returns
-// the answer.
+// For questions with Effect::kLogin: a login of at most the rights of the asker. Returns the
+// answer.
 std::string make_login(const Question& question, core::ClientId asker, AdminSource& source,
                        const Clocks& clocks);
 
-// For questions of which drives() is true: who drives a robot. `request`: the header of the
+// For questions with Effect::kDrives: who drives a robot. `request`: the header of the
 // question. Returns the error if the lease is not changed.
 std::optional<QuestionError> change_lease(const Question& question, core::ClientId asker,
                                           const Header& request, AdminSource& source, Time now);

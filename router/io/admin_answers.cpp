@@ -437,20 +437,18 @@ std::variant<Question, QuestionError> read_question(std::string_view text,
     question->since = 0;
   return read;
 }
-std::string answer_text(const std::variant<Question, QuestionError>& question,
-                        const AdminSource& source, const Clocks& clocks) {
-  if (const auto* error = std::get_if<QuestionError>(&question)) return error_text(*error);
-  return Answerer(std::get<Question>(question), source, clocks).answer();
+std::string answer_text(const Question& question, const AdminSource& source, const Clocks& clocks) {
+  return Answerer(question, source, clocks).answer();
 }
 
 std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks) {
-  auto read = read_question(question, source, clocks.now);
+  const auto read = read_question(question, source, clocks.now);
   const auto* checked = std::get_if<Question>(&read);
-  if (checked != nullptr &&
-      (acts(checked->ask) || drives(checked->ask) || makes_login(checked->ask)))
-    read = QuestionError{"denied", "this interface is read-only", "ask with timsctl"};
-  return answer_text(read, source, clocks);
+  if (checked == nullptr) return error_text(std::get<QuestionError>(read));
+  return effect(checked->ask) == Effect::kNone
+             ? answer_text(*checked, source, clocks)
+             : error_text({"denied", "this interface is read-only", "ask with timsctl"});
 }
 
 const core::EventLog& log_of(const Question& question, const core::Router& router) {

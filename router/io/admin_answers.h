@@ -29,8 +29,8 @@ std::string error_text(const QuestionError& error);
 std::variant<Question, QuestionError> read_question(std::string_view text,
                                                     const AdminSource& source, Time now);
 
-std::string answer_text(const std::variant<Question, QuestionError>& question,
-                        const AdminSource& source, const Clocks& clocks);
+// For questions that are only answered (Effect::kNone).
+std::string answer_text(const Question& question, const AdminSource& source, const Clocks& clocks);
 
 // Answers any bytes immediately: a question that would wait is answered with the current data,
 // and one that would change something is refused.

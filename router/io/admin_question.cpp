@@ -290,7 +290,7 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
         R"(given: which robot, "take", "take_over", "renew" or "release", and who)");
   if (question.ask == Ask::kLinkDo && (question.link.empty() || question.action.empty()))
     return bad_argument("link and do", R"(given: which link, and "up", "down" or "reset")");
-  if (acts(question.ask) && question.ask >= Ask::kRouteAdd && question.pattern.empty())
+  if (question.ask >= Ask::kRouteAdd && question.pattern.empty())
     return bad_argument("match", "given: the addresses of the route");
   return question;
 }

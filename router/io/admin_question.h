@@ -45,14 +45,21 @@ enum class Ask : std::uint8_t {
   kRouteDelete,
 };
 
-// Questions that change the router: by default not accepted from web pages.
-constexpr bool acts(Ask ask) { return ask >= Ask::kLinkDo; }
-// Accepted from whoever may send messages, but not over HTTP, where nobody stays connected.
-constexpr bool drives(Ask ask) { return ask == Ask::kLease; }
-
-// Makes a secret: answered to programs of this host, and to connections whose owner has proven who
-// he is; never over HTTP or links.
-constexpr bool makes_login(Ask ask) { return ask == Ask::kLogin; }
+// What a question does.
+enum class Effect : std::uint8_t {
+  kNone,    // it is only answered
+  kDrives,  // accepted from whoever may send messages, but not over HTTP, where nobody stays
+            // connected
+  // Makes a secret: answered to programs of this host, and to connections whose owner has proven
+  // who he is; never over HTTP or links.
+  kLogin,
+  kChanges,  // the router: by default not accepted from web pages
+};
+constexpr Effect effect(Ask ask) {
+  if (ask >= Ask::kLinkDo) return Effect::kChanges;
+  if (ask == Ask::kLogin) return Effect::kLogin;
+  return ask == Ask::kLease ? Effect::kDrives : Effect::kNone;
+}
 
 // Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md)
 // only reads. All others change something, also those that cannot be understood.

@@ -59,7 +59,7 @@ void AdminService::ask(Time now, core::ClientId from, const core::Message& reque
                   .question = read_question(text_of(request), source_, now)};
   if (const auto* question = std::get_if<Question>(&waiting.question)) {
     waiting.deadline = now + question->wait;
-    if (acts(question->ask) && !may_change(from)) waiting.question = denied();
+    if (effect(question->ask) == Effect::kChanges && !may_change(from)) waiting.question = denied();
   }
   // A question to the agent beside a router comes here only when it is refused.
   if (is_for_agent(request)) waiting.question = denied();
@@ -85,7 +85,7 @@ bool AdminService::may_ask(core::ClientId from, const core::Message& request) co
   if (is_for_agent(request)) return is_agent_reading(text_of(request));
   const auto read = parse_question(text_of(request), source_.router().settings().widths);
   const auto* question = std::get_if<Question>(&read);
-  return question == nullptr || !acts(question->ask);
+  return question == nullptr || effect(question->ask) != Effect::kChanges;
 }
 
 bool AdminService::is_due(const Waiting& waiting, Time now) const {
@@ -184,22 +184,32 @@ void AdminService::tell_below(const Question& question, const Header& request, c
 
 std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& clocks,
                                       const Send& send) {
-  const auto* question = std::get_if<Question>(&waiting.question);
-  const bool leases = question != nullptr && drives(question->ask);
-  const auto refused =
-      leases ? change_lease(*question, waiting.asker, waiting.request, source_, clocks.now)
-             : std::nullopt;
-  const std::string text = refused  ? error_text(*refused)
-                           : leases ? lease_text(*question, source_, clocks)
-                           : question != nullptr && makes_login(question->ask)
-                               ? make_login(*question, waiting.asker, source_, clocks)
-                           : question != nullptr && acts(question->ask)
-                               ? act(*question, waiting.asker, source_, clocks)
-                               : answer_text(waiting.question, source_, clocks);
+  const std::string text = carry_out(waiting, clocks, send);
   const std::size_t size = kHeaderSize + text.size();
   send_text(waiting.asker, waiting.request, text, sent_.emplace_back(size), send);
-  if (leases && !refused) tell_below(*question, waiting.request, send);
   return size;
+}
+
+// Returns the answer.
+std::string AdminService::carry_out(const Waiting& waiting, const Clocks& clocks,
+                                    const Send& send) {
+  const auto* question = std::get_if<Question>(&waiting.question);
+  if (question == nullptr) return error_text(std::get<QuestionError>(waiting.question));
+  switch (effect(question->ask)) {
+    case Effect::kNone:
+      break;
+    case Effect::kDrives:
+      if (const auto refused =
+              change_lease(*question, waiting.asker, waiting.request, source_, clocks.now))
+        return error_text(*refused);
+      tell_below(*question, waiting.request, send);
+      return lease_text(*question, source_, clocks);
+    case Effect::kLogin:
+      return make_login(*question, waiting.asker, source_, clocks);
+    case Effect::kChanges:
+      return act(*question, waiting.asker, source_, clocks);
+  }
+  return answer_text(*question, source_, clocks);
 }
 
 void AdminService::send_text(core::ClientId asker, const Header& request, std::string_view text,

@@ -81,6 +81,7 @@ class AdminService {
   void refuse(const Send& send);
   void tell_below(const Question& question, const Header& request, const Send& send);
   std::size_t send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send);
+  std::string carry_out(const Waiting& waiting, const Clocks& clocks, const Send& send);
   static void send_text(core::ClientId asker, const Header& request, std::string_view text,
                         std::span<std::byte> bytes, const Send& send);
 

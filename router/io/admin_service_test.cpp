@@ -285,9 +285,9 @@ TEST(AdminService, TheOtherRoutersOfARobotAreToldWhoDrives) {
                R"x({"ask":"lease","robot":3,"do":"take","name":"desk","stick":"Joystick(3/0)"})x");
   answer_all(service, answers);
   ASSERT_EQ(answers.all.size(), 2U);
-  EXPECT_EQ(answers.headers[1].dest, Address(0x03000200));
-  EXPECT_EQ(answers.headers[1].type, type::kAdminRequest);
-  EXPECT_EQ(json::serialize(answers.all[1].second),
+  EXPECT_EQ(answers.headers[0].dest, Address(0x03000200)) << "before the answer";
+  EXPECT_EQ(answers.headers[0].type, type::kAdminRequest);
+  EXPECT_EQ(json::serialize(answers.all[0].second),
             R"({"ask":"lease","robot":3,"do":"take_over","mailbox":"0x030f0102","name":"desk",)"
             R"("stick":"0x03170000"})");
   put_question(service, lab.pilot(), R"({"ask":"lease","robot":3,"do":"renew"})");
@@ -296,7 +296,7 @@ TEST(AdminService, TheOtherRoutersOfARobotAreToldWhoDrives) {
   put_question(service, lab.laser(), R"({"ask":"lease","robot":3,"do":"release"})");
   answer_all(service, answers);
   ASSERT_EQ(answers.all.size(), 5U);
-  EXPECT_EQ(text(answers.all[4].second.at("do")), "release");
+  EXPECT_EQ(text(answers.all[3].second.at("do")), "release");
 }
 
 TEST(AdminService, ASubsystemRouterHasTheLeasesOfTheRouterAboveIt) {

@@ -47,8 +47,16 @@ Right needed_for_question(std::string_view body, const AddressWidths& widths) {
   const auto read = parse_question(body, widths);
   const auto* question = std::get_if<Question>(&read);
   if (question == nullptr) return Right::kLook;  // the answer explains the error
-  if (acts(question->ask)) return Right::kConfigure;
-  return drives(question->ask) ? Right::kDrive : Right::kLook;
+  switch (effect(question->ask)) {
+    case Effect::kChanges:
+      return Right::kConfigure;
+    case Effect::kDrives:
+      return Right::kDrive;
+    case Effect::kNone:
+    case Effect::kLogin:
+      break;
+  }
+  return Right::kLook;
 }
 
 }  // namespace
@@ -101,9 +109,17 @@ policy::Right asked_of(const SentMessage& question, const AddressWidths& widths)
   const auto read = parse_question(question.body, widths);
   const auto* asked = std::get_if<Question>(&read);
   if (asked == nullptr) return To::kLook;
-  if (acts(asked->ask)) return To::kChange;
-  if (makes_login(asked->ask)) return To::kLogin;
-  return drives(asked->ask) ? To::kDrive : To::kLook;
+  switch (effect(asked->ask)) {
+    case Effect::kChanges:
+      return To::kChange;
+    case Effect::kLogin:
+      return To::kLogin;
+    case Effect::kDrives:
+      return To::kDrive;
+    case Effect::kNone:
+      break;
+  }
+  return To::kLook;
 }
 
 SentMessage SentMessage::of(const core::Message& message, const core::RouterSettings& settings) {

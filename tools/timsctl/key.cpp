@@ -60,7 +60,7 @@ std::string fingerprint_text(const Certificate& certificate) {
   return base::to_hex(security::View(certificate.fingerprint()).first(16));
 }
 
-json::object json_of(const Identity& identity) {
+json::object member_json(const Identity& identity) {
   json::object object{{"name", identity.name}, {"role", name(identity.role)}};
   if (identity.role == MemberRole::kUser) {
     json::array rights;
@@ -75,7 +75,7 @@ json::object json_of(const Identity& identity) {
   return object;
 }
 
-json::object json_of(const Certificate& certificate) {
+json::object certificate_json(const Certificate& certificate) {
   return {{"serial", certificate.serial()},
           {"issued", date_text(certificate.not_before() + 86400)},
           {"ends", date_text(certificate.not_after())}};
@@ -280,8 +280,8 @@ Exit key_list(Context& context) {
   const auto all = key_value(authority.issued());
   json::array items;
   for (const Issued& one : all) {
-    json::object item = json_of(one.identity);
-    merge(item, json_of(one.certificate));
+    json::object item = member_json(one.identity);
+    merge(item, certificate_json(one.certificate));
     const bool present_root = [&] {
       const auto chain = authority.chain_of(one.certificate);
       return chain.size() > 1 && authority.root().has_signed(chain.back());
@@ -311,8 +311,8 @@ Exit key_show(Context& context) {
                       {"revoked", own.list ? own.list->size() : 0},
                       {"folder", keys.path()},
                       {"authority", Authority::exists(keys)}};
-  merge(answer, json_of(own.identity));
-  merge(answer, json_of(own.chain.front()));
+  merge(answer, member_json(own.identity));
+  merge(answer, certificate_json(own.chain.front()));
   std::vector<std::string> roots;
   roots.reserve(own.roots.size());
   for (const Certificate& root : own.roots) roots.push_back(fingerprint_text(root));
