@@ -516,7 +516,8 @@ constexpr std::array kRouteOptions{
     row<Kind::kText, &Config::routes, &Route::via>(
         {.key = "route.via",
          .range = {1, 64},
-         .help = "Name (router.name) of the router at the other end of a link.",
+         .help = "Name of the router at the other end of a link: the one in its certificate, or "
+                 "router.name of a router without keys.",
          .default_note = "none: required"}),
 };
 

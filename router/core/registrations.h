@@ -36,6 +36,8 @@ struct ClientInfo {
   Text<32> name{};
   Text<56> endpoint{};  // "127.0.0.1:54321"
   struct Link {         // data of a link to another router
+    // By which rules and static routes know it. With keys, its certificate names it.
+    Text<64> name{};
     LinkKind kind = LinkKind::kSub;
     Role role = Role::kSubsystem;
     std::uint16_t system = 0;

@@ -135,6 +135,22 @@ void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   clients_.remove(id);
 }
 
+void Router::rename_link(Time now, ClientId id, std::string_view name,
+                         const policy::Subject& subject) {
+  Client* client = clients_.find(id);
+  if (client == nullptr) return;
+  const Text<64> former = client->info.link.name;
+  gate_.leave(now, *client);
+  client->info.name = name;
+  client->info.link.name = name;
+  client->info.subject = subject;
+  gate_.enter(now, *client);
+  happened({.at = now,
+            .kind = EventKind::kLinkRenamed,
+            .client = client->peer(),
+            .text = former.view()});
+}
+
 Registration Router::register_mailbox(Time now, ClientId id, Address address,
                                       std::uint32_t handle) {
   using Status = Registration::Status;

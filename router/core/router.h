@@ -204,6 +204,10 @@ class Router {
 
   // --- Links: clients with PortKind::kLink, whose mailboxes are behind another router.
 
+  // The other router has another certificate: rules and static routes know it by this name and
+  // subject from now on.
+  void rename_link(Time now, ClientId link, std::string_view name, const policy::Subject& subject);
+
   // Sets the link for messages to unknown destinations; kNoClient: none.
   void set_uplink(Time now, ClientId link);
   // The link announces a mailbox. `origin.hops` is counted from this router. Returns false when

@@ -108,7 +108,8 @@ class RouterTest : public testing::Test {
                            {.port = PortKind::kLink,
                             .token = ++token_,
                             .name = name,
-                            .link = {.kind = kind,
+                            .link = {.name = name,
+                                     .kind = kind,
                                      .role = Role::kSystem,
                                      .system = system,
                                      .router = Address::of({.system = system, .instance = 1})}});

@@ -68,7 +68,7 @@ ClientId Routes::peer_router(std::uint32_t system) const {
 
 ClientId Routes::link_named(std::string_view name) const {
   for (const ClientId id : links_) {
-    if (clients_.find(id)->info.name.view() == name) return id;
+    if (clients_.find(id)->info.link.name.view() == name) return id;
   }
   return kNoClient;
 }

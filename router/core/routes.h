@@ -17,7 +17,7 @@ namespace tims::core {
 struct StaticRoute {
   AddressPattern match{};
   Text<64> text{};  // the pattern as configured
-  Text<64> via{};   // name of a router at the other end of a link
+  Text<64> via{};   // name of a router at the other end of a link (ClientInfo::Link)
 };
 
 struct NextHop {

@@ -132,6 +132,7 @@ enum class EventKind : std::uint8_t {
   kLinkDown,
   kLinkRefused,
   kLinkPath,
+  kLinkRenamed,
   kUplinkChanged,
   kDuplicateAddress,
   kDuplicateRouter,
@@ -148,7 +149,7 @@ enum class EventKind : std::uint8_t {
   kNotAvailable,
   kLifesign,
 };
-inline constexpr std::size_t kEventKindCount = 29;
+inline constexpr std::size_t kEventKindCount = 30;
 
 constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kClientCame, "client_came", "a client connected"},
@@ -177,6 +178,8 @@ constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kLinkRefused, "link_refused", "a link was refused"},
     Label<EventKind>{EventKind::kLinkPath, "link_path",
                      "a link sends over another path from now on"},
+    Label<EventKind>{EventKind::kLinkRenamed, "link_renamed",
+                     "the certificate of another router names it differently from now on"},
     Label<EventKind>{EventKind::kUplinkChanged, "uplink_changed",
                      "another super router is used from now on"},
     Label<EventKind>{EventKind::kDuplicateAddress, "duplicate_address",
@@ -278,13 +281,13 @@ struct Peer {
 };
 
 // Also kept in a log of their own, where registrations do not replace them: who was refused, what
-// was denied, who drove, who changed the router.
+// was denied, who has got another name, who drove, who changed the router.
 constexpr bool is_audited(EventKind kind) {
   using Kind = EventKind;
-  constexpr std::array kKinds{Kind::kClientRefused,   Kind::kDeleteRefused, Kind::kLinkRefused,
-                              Kind::kDuplicateRouter, Kind::kLeaseTaken,    Kind::kLeaseEnded,
-                              Kind::kDrivingRefused,  Kind::kDenied,        Kind::kObserved,
-                              Kind::kPolicyChanged,   Kind::kRouterChanged};
+  constexpr std::array kKinds{Kind::kClientRefused, Kind::kDeleteRefused,   Kind::kLinkRefused,
+                              Kind::kLinkRenamed,   Kind::kDuplicateRouter, Kind::kLeaseTaken,
+                              Kind::kLeaseEnded,    Kind::kDrivingRefused,  Kind::kDenied,
+                              Kind::kObserved,      Kind::kPolicyChanged,   Kind::kRouterChanged};
   return std::ranges::find(kKinds, kind) != kKinds.end();
 }
 
@@ -296,6 +299,7 @@ struct Event {
   Address address{};  // of the mailbox, if any
   Peer client{};      // the client that caused the event
   Text<192> text{};   // kLinkRefused: the other router's message; kLinkPath: from, to and reason;
+                      // kLinkRenamed: the former name;
                       // kLease...: whose, and why it ended; kDenied, kObserved: type and rule;
                       // kRouterChanged: what
   Peer owner{};       // kAddressRefused, kDeleteRefused: the owner of the address

@@ -17,6 +17,14 @@ std::string refused_text(const core::Event& event, const AddressWidths& widths) 
   return text + "it is the router's own";
 }
 
+std::string limit_text(const core::Event& event, const std::string& address) {
+  if (event.client.port != core::PortKind::kLink)
+    return address + " refused to " + client_text(event.client) + ": limits.mailboxes_per_client";
+  return router_text(event.client) +
+         " announces more mailboxes than its [[link]] allows (link.mailboxes): " + address +
+         " and following ones are refused";
+}
+
 // Without an address: a count of messages.
 std::string judged_text(const core::Event& event, const std::string& address) {
   std::string text = event.kind == core::EventKind::kDenied ? "denied: " : "would be denied: ";
@@ -56,12 +64,7 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
     case EventKind::kAddressRefused:
       return refused_text(event, widths);
     case EventKind::kMailboxLimit:
-      if (event.client.port == core::PortKind::kLink)
-        return router_text(event.client) +
-               " announces more mailboxes than its [[link]] allows "
-               "(link.mailboxes): " +
-               address + " and following ones are refused";
-      return address + " refused to " + client + ": limits.mailboxes_per_client";
+      return limit_text(event, address);
     case EventKind::kDeleteRefused:
       return client + " may not delete " + address + ": it belongs to " + client_text(event.owner);
     case EventKind::kClientRefused:
@@ -77,6 +80,9 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
              " refused: " + valid_utf8(event.text.view());
     case EventKind::kLinkPath:
       return "link to " + router_text(event.client) + " changed from " +
+             valid_utf8(event.text.view());
+    case EventKind::kLinkRenamed:
+      return "the certificate of " + router_text(event.client) + " has changed, it named " +
              valid_utf8(event.text.view());
     case EventKind::kUplinkChanged:
       return event.client.id ? "unknown destinations are sent up to " + router_text(event.client)

@@ -61,8 +61,8 @@ constexpr std::size_t kLinksMax = 256;
 // Other events are problems.
 bool is_routine(EventKind kind) {
   return kind == EventKind::kLinkUp || kind == EventKind::kLinkPath ||
-         kind == EventKind::kUplinkChanged || kind == EventKind::kPolicyChanged ||
-         kind == EventKind::kRouterChanged;
+         kind == EventKind::kLinkRenamed || kind == EventKind::kUplinkChanged ||
+         kind == EventKind::kPolicyChanged || kind == EventKind::kRouterChanged;
 }
 
 }  // namespace
@@ -156,6 +156,7 @@ std::string LimitedLog::key_of(const core::Event& event) const {
     case EventKind::kLinkUp:
     case EventKind::kLinkDown:
     case EventKind::kLinkPath:
+    case EventKind::kLinkRenamed:
       break;
     default:
       return std::string(core::name(event.kind));
@@ -232,6 +233,7 @@ void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
     case Kind::kLinkUp:
     case Kind::kLinkDown:
     case Kind::kLinkPath:
+    case Kind::kLinkRenamed:
     case Kind::kUplinkChanged:
     case Kind::kDenied:
     case Kind::kObserved:

@@ -124,6 +124,7 @@ tims_router_events_total{event="link_up"} 0
 tims_router_events_total{event="link_down"} 0
 tims_router_events_total{event="link_refused"} 0
 tims_router_events_total{event="link_path"} 0
+tims_router_events_total{event="link_renamed"} 0
 tims_router_events_total{event="uplink_changed"} 0
 tims_router_events_total{event="duplicate_address"} 0
 tims_router_events_total{event="duplicate_router"} 0

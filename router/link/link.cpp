@@ -155,7 +155,8 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
   if (state_ == State::kDown || !settings_.connects || (is_up() && !sealed)) return;
   asked_until_ = {};
   // If the other side did not take up the session, none of its data has arrived there either.
-  const bool goes_on = welcome.token == their_token_ && welcome.resumed;
+  const bool goes_on =
+      welcome.token == their_token_ && welcome.resumed && is_peer(welcome.identity);
   if (!goes_on && is_up()) go_down(now, core::CloseReason::kForgotten, State::kSilent);
   if (!goes_on) forget_session(now, core::Outcome::kLinkReset);
   if (sealed) {
@@ -164,14 +165,16 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
             : keys.begin(now, std::move(verified.sealer));
     const auto jitter = static_cast<std::int64_t>(context_.random() % 1000);
     next_handshake_ = now + kKeysMax - kKeysMax * jitter / 10'000;
-    certificate_ = std::move(verified.peer);
     proves_until_ = kNever;
   }
-  if (is_up()) return was_locked ? unlock(now) : void();
+  if (is_up()) {
+    know_again(now, std::move(verified.peer));
+    return was_locked ? unlock(now) : void();
+  }
   called_ = true;
   their_token_ = known_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
-  peer_ = welcome.identity;
+  know(welcome.identity, std::move(verified.peer));
   codecs_ = welcome.codecs;
   paths_.begin(now, from);
   come_up(now);
@@ -202,8 +205,7 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   their_keep_alive_ = hello.keep_alive;
   const bool sealed = verified.sealer != nullptr;
   if (sealed) session_.keys().begin(now, std::move(verified.sealer));
-  certificate_ = std::move(verified.peer);
-  peer_ = hello.identity;
+  know(hello.identity, std::move(verified.peer));
   codecs_ = hello.codecs;
   paths_.begin(now, from);
   // WELCOME is still being sealed. The other side cannot open anything before it.
@@ -221,17 +223,29 @@ std::uint8_t Link::resume(Time now, const NetAddress& from, const Hello& hello,
   if (!sealed) return 0;
   const std::uint8_t generation = session_.keys().next_generation();
   session_.keys().renew(now, generation, std::move(verified.sealer), false);
-  certificate_ = std::move(verified.peer);
+  know_again(now, std::move(verified.peer));
   return generation;
 }
 
-// As its certificate names it. Without keys, and only then, as it names itself.
+// What a router calls itself counts without keys, and only then.
+void Link::know(const Identity& peer, PeerName&& certificate) {
+  peer_ = peer;
+  certificate_ = std::move(certificate);
+  if (session_.keys().are_used()) peer_.name = std::string_view(certificate_.name);
+}
+
+// After another handshake of the session. Its certificate may have been issued under another name.
+void Link::know_again(Time now, PeerName&& certificate) {
+  const Text<64> former = peer_.name;
+  know(Identity(peer_), std::move(certificate));
+  if (peer_.name != former && client_)
+    router_.rename_link(now, client_, peer_.name.view(), subject());
+}
+
 policy::Subject Link::subject() const {
   namespace kind = policy::kind;
   policy::Subject subject;
-  const std::string_view name =
-      session_.keys().are_used() ? std::string_view(certificate_.name) : peer_.name.view();
-  subject.add(kind::kRouter, name).add(kind::kSystem, peer_.system);
+  subject.add(kind::kRouter, peer_.name.view()).add(kind::kSystem, peer_.system);
   subject.add(kind::kRole, core::name(peer_.role));
   return subject.add(kind::kPort, core::name(core::PortKind::kLink));
 }
@@ -241,7 +255,8 @@ core::ClientId Link::connect_client(Time now) {
                                .token = slot_,
                                .name = peer_.name.view(),
                                .endpoint = std::string_view(address().to_string()),
-                               .link = {.kind = settings_.kind,
+                               .link = {.name = peer_.name,
+                                        .kind = settings_.kind,
                                         .role = peer_.role,
                                         .system = peer_.system,
                                         .router = peer_.address(),
@@ -635,6 +650,7 @@ bool Link::restore_certificate(StateReader& from) {
     const auto saved = from.bytes();
     bytes->assign(saved.begin(), saved.end());
   }
+  peer_.name = std::string_view(certificate_.name);
   return valid && from.ok();
 }
 

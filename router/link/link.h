@@ -169,10 +169,10 @@ class Link final : private ArrivalObserver, private LossObserver {
   // True when the sender of this HELLO owns the current session, or repeats the HELLO that
   // created it.
   [[nodiscard]] bool is_of_session(const Hello& hello) const {
-    return is_to(hello.identity) && peer_.epoch == hello.identity.epoch &&
-           hello.token == their_token_;
+    return is_peer(hello.identity) && hello.token == their_token_;
   }
   [[nodiscard]] core::ClientId client() const { return client_; }
+  // As its certificate names it, if there are keys; otherwise as it names itself.
   [[nodiscard]] const Identity& peer() const { return peer_; }
   [[nodiscard]] bool is_to(const Identity& identity) const {
     return peer_.epoch != 0 && peer_.system == identity.system && peer_.id == identity.id;
@@ -215,6 +215,10 @@ class Link final : private ArrivalObserver, private LossObserver {
   // LossObserver
   void on_lost(Time now, const Header& header, core::Outcome why) override;
 
+  // The same router, running since then.
+  [[nodiscard]] bool is_peer(const Identity& identity) const {
+    return is_to(identity) && peer_.epoch == identity.epoch && peer_.role == identity.role;
+  }
   void enter(Time now, State state);
   // Sends CLOSE with the reason to the other side.
   void send_close(Time now, core::CloseReason reason);
@@ -223,6 +227,8 @@ class Link final : private ArrivalObserver, private LossObserver {
   std::size_t put_hello(std::span<std::byte> to) const;
   void ask(Time now, const NetAddress& to);
   void send_reset(const NetAddress& to);
+  void know(const Identity& peer, PeerName&& certificate);
+  void know_again(Time now, PeerName&& certificate);
   [[nodiscard]] policy::Subject subject() const;
   [[nodiscard]] core::ClientId connect_client(Time now);
   void come_up(Time now);

@@ -134,9 +134,9 @@ void Node::use_list(Time now) {
                            [this](const link::PeerName& peer) { return list_.standing(peer); });
 }
 
-void Node::renew(Time now, std::uint8_t root) {
-  setup_.keys->root = root;
-  running_->handshaker->set_root(root);
+void Node::renew(Time now, const ToyKeys& keys) {
+  setup_.keys = keys;
+  running_->handshaker->set_keys(keys);
   running_->links.renew_keys(now);
   end_turn(now);
 }

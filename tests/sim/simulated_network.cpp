@@ -40,7 +40,8 @@ link::LinkSettings sub_link(std::optional<std::uint16_t> system) {
 Node& SimulatedNetwork::add(const NodeSetup& setup) {
   NodeSetup own = setup;
   if (sealed_ && !own.keys)
-    own.keys = {.fleet = 1, .name = {.role = own.role, .system = own.system, .id = own.id}};
+    own.keys = {.fleet = 1,
+                .name = {.role = own.role, .system = own.system, .id = own.id, .name = own.name}};
   if (own.keys)
     for (link::LinkSettings& settings : own.links) settings.secure = true;
   nodes_.push_back(std::make_unique<Node>(*this, own, nodes_.size(), random()));

@@ -94,8 +94,8 @@ class Node final : private core::Port,
   void jump_wall(Duration by) { wall_ += by; }
   // Puts a list on its disk, as an authority does, and uses it. Kept over restarts.
   void put_list(Time now, const std::vector<std::byte>& bytes);
-  // It has a new certificate, from this root.
-  void renew(Time now, std::uint8_t root);
+  // It has a new certificate.
+  void renew(Time now, const ToyKeys& keys);
   [[nodiscard]] std::uint64_t list_number() const { return list_.number; }
   [[nodiscard]] std::size_t lists_checked() const { return lists_checked_; }
   core::Router& router() { return running_->router; }

@@ -6,6 +6,11 @@ namespace stories_lists {
 
 struct Three : Story {
   Three() : Story(3, {}, core::Compression::kOff, true) {}
+  void renew(Node& node, std::uint8_t root) {
+    ToyKeys keys = *node.setup().keys;
+    keys.root = root;
+    node.renew(now(), keys);
+  }
   void publish(Node& node, const ToyList& list) {
     node.put_list(now(), list.encode(node.setup().keys->fleet));
   }
@@ -59,7 +64,7 @@ TEST(Lists, TheEndOfARootCutsNobodyWhoHasRenewed) {
   Three s;
   s.begin();
   for (Node* node : {s.host, s.robot, s.other, s.base}) {
-    node->renew(s.now(), 2);
+    s.renew(*node, 2);
     s.run_for(100ms);
   }
   s.publish(*s.base, {.number = 2, .first_root = 2});
@@ -74,7 +79,7 @@ TEST(Lists, TheEndOfARootCutsNobodyWhoHasRenewed) {
 TEST(Lists, TheEndOfARootEndsLinksOfItsCertificates) {
   Three s;
   s.begin();
-  for (Node* node : {s.host, s.robot}) node->renew(s.now(), 2);  // neither the base nor `other`
+  for (Node* node : {s.host, s.robot}) s.renew(*node, 2);  // neither the base nor `other`
   s.run_for(100ms);
   s.publish(*s.base, {.number = 2, .first_root = 2});
   ASSERT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kChassis); }, 100ms));

@@ -85,5 +85,137 @@ TEST(StolenRobot, MessagesThatClaimToHaveComeFarEnd) {
   EXPECT_EQ(Story::links_up(*s.base), 2U);
 }
 
+// Static routes name routers. A route leads to whose certificate has the name, whatever routers
+// call themselves.
+struct Routed : SimulatedNetwork {
+  static constexpr Address kFar{0x09180000};
+
+  Routed() : SimulatedNetwork(7) {
+    seal_all();
+    base = &add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+    liar =
+        &add({.name = "robot3",
+              .system = 4,
+              .links = {super_link(address_of(0))},
+              .keys = ToyKeys{
+                  .fleet = 1,
+                  .name = {.role = core::Role::kSystem, .system = 4, .id = 1, .name = "robot4"}}});
+    robot = &add({.name = "robot3", .system = 3, .links = {super_link(address_of(0))}});
+    base->start(now());
+    base->router().set_static_routes(
+        {{*AddressPattern::parse("Pilot(9/*)"), "Pilot(9/*)", "robot3"}});
+    liar->start(now());
+    run_for(1s);
+  }
+  // 0: nowhere
+  [[nodiscard]] std::uint16_t leads_to() const {
+    const core::NextHop hop = base->router().routes().next_hop(nullptr, kFar);
+    return hop.to == nullptr ? std::uint16_t{0} : hop.to->info.link.system;
+  }
+  [[nodiscard]] bool may_come_from(std::uint16_t system) const {
+    bool may = false;
+    base->router().clients().for_each([&](const core::Client& client) {
+      may =
+          may || (client.info.link.system == system && client.info.port == core::PortKind::kLink &&
+                  base->router().routes().may_come_from(client, kFar));
+    });
+    return may;
+  }
+  static void rename(SimulatedNetwork& network, Node& node, const std::string& name) {
+    ToyKeys keys = *node.setup().keys;
+    keys.name.name = name;
+    node.renew(network.now(), keys);
+  }
+
+  Node* base;
+  Node* liar;
+  Node* robot;
+};
+
+TEST(StolenRobot, ARouteIsNotTakenByWhoCallsItselfLikeAnother) {
+  Routed s;
+  ASSERT_EQ(Story::links_up(*s.base), 1U);
+  EXPECT_EQ(s.leads_to(), 0U);
+  EXPECT_FALSE(s.may_come_from(4));
+  s.robot->start(s.now());
+  s.run_for(1s);
+  EXPECT_EQ(s.leads_to(), 3U);
+  EXPECT_TRUE(s.may_come_from(3));
+  EXPECT_FALSE(s.may_come_from(4));
+  s.robot->kill();
+  s.run_for(5s);
+  EXPECT_EQ(s.leads_to(), 0U);
+  s.base->links().for_each([](const link::Link& link) {
+    EXPECT_TRUE(link.peer().system != 4 || link.peer().name.view() == "robot4");
+  });
+}
+
+// At the next handshake, which is at once: neither the link goes down nor does anything wait.
+TEST(StolenRobot, ACertificateWithAnotherNameCountsForRulesAndRoutesAtOnce) {
+  Routed s;
+  s.robot->start(s.now());
+  s.run_for(1s);
+  const auto robot_subject = [&] {
+    return s.base->router().routes().next_hop(nullptr, Routed::kFar).to->info.subject.name;
+  };
+  EXPECT_EQ(robot_subject(), "router:robot3");
+  Routed::rename(s, *s.robot, "robot3-old");
+  s.run_for(100ms);
+  EXPECT_EQ(s.leads_to(), 0U);
+  const core::Event* renamed = Story::find_event(*s.base, core::EventKind::kLinkRenamed);
+  ASSERT_NE(renamed, nullptr);
+  EXPECT_EQ(renamed->client.name.view(), "robot3-old");
+  EXPECT_EQ(renamed->text.view(), "robot3");
+  Routed::rename(s, *s.liar, "robot3");
+  s.run_for(100ms);
+  EXPECT_EQ(s.leads_to(), 4U) << "the authority has given it the name";
+  EXPECT_EQ(robot_subject(), "router:robot3");
+  EXPECT_EQ(Story::find_event(*s.base, core::EventKind::kLinkDown), nullptr);
+}
+
+// Robot 1 calls robot 2, and robot 3 sits in between: it answers a new handshake of the session
+// with its own certificate, and pretends to be the other end of it.
+TEST(StolenRobot, DoesNotGoOnWithTheSessionOfAnother) {
+  SimulatedNetwork w(7);
+  w.seal_all();
+  const link::LinkSettings accepts{.kind = core::LinkKind::kPeer, .connects = false};
+  Node& one = w.add({.name = "one", .system = 1, .links = {peer_link(address_of(1))}});
+  Node& two = w.add({.name = "two", .system = 2, .links = {accepts}});
+  Node& three = w.add({.name = "three", .system = 3, .links = {accepts}});
+  for (Node* node : {&one, &two}) node->start(w.now());
+  w.run_for(1s);
+  ASSERT_EQ(Story::links_up(one), 1U);
+  std::uint64_t token = 0;
+  two.links().for_each([&](const link::Link& link) { token = link.our_token(); });
+  two.kill();
+  ToyKeys keys = *three.setup().keys;
+  keys.alter = [token](std::vector<std::byte>& message) {
+    const auto datagram = link::decode(message);
+    const auto* welcome = datagram ? std::get_if<link::Welcome>(&*datagram) : nullptr;
+    if (welcome == nullptr) return;
+    link::Welcome lie = *welcome;
+    lie.resumed = true;
+    lie.generation = 1;
+    lie.token = token;
+    std::array<std::byte, link::kControlDatagramMax> bytes{};
+    const std::size_t size = link::encode(lie, bytes);
+    message.assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+  };
+  three.start(w.now());
+  three.renew(w.now(), keys);
+  three.move_to(address_of(1));
+  one.links().renew_keys(w.now());
+  one.end_turn(w.now());
+  w.run_for(500ms);
+  std::size_t subjects = 0;
+  one.router().clients().for_each([&](const core::Client& client) {
+    if (client.info.port != core::PortKind::kLink) return;
+    ++subjects;
+    EXPECT_EQ(client.info.subject.name, "router:three");
+    EXPECT_EQ(client.info.link.system, 3U);
+  });
+  EXPECT_EQ(subjects, 1U);
+}
+
 }  // namespace stories_stolen
 }  // namespace tims::sim

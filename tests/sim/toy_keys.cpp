@@ -147,7 +147,9 @@ void ToyHandshaker::put_name(const One& one, link::HandshakeProgress& progress) 
   std::array<std::byte, kFlight> body{};
   ByteWriter out(body);
   const std::uint64_t purpose = one.side == Side::kConnects ? kFromConnecting : kFromAccepting;
-  out.put(one.ours, keys_.name.role, keys_.name.system, keys_.name.id, keys_.root);
+  out.put(one.ours, keys_.name.role, keys_.name.system, keys_.name.id, keys_.root,
+          static_cast<std::uint8_t>(keys_.name.name.size()));
+  out.put_text(keys_.name.name);
   const std::uint64_t proof = hash(secret(one, purpose), 0, out.written());
   out.put(proof);
   put_record(progress.to_send, Record::kName, body);
@@ -165,6 +167,7 @@ bool ToyHandshaker::on_name(One& one, std::span<const std::byte> record,
   peer.role = static_cast<core::Role>(record[8]);
   in.get(peer.system, peer.id);
   peer.issuer = {static_cast<std::byte>(in.get<std::uint8_t>())};
+  peer.name = in.text(in.get<std::uint8_t>());
   const auto signed_part = record.first(record.size() - in.rest().size());
   const std::uint64_t purpose = accepts ? kFromConnecting : kFromAccepting;
   if (in.get<std::uint64_t>() != hash(secret(one, purpose), 0, signed_part) || !in.ok())
@@ -218,12 +221,14 @@ void ToyHandshaker::receive(std::uint64_t handshake, std::span<const std::byte> 
 void ToyHandshaker::send(std::uint64_t handshake, std::span<const std::byte> message) {
   const auto found = all_.find(handshake);
   if (found == all_.end()) return;
+  std::vector<std::byte> bytes(message.begin(), message.end());
+  if (keys_.alter) keys_.alter(bytes);
   if (!found->second.verified) {
-    found->second.waiting.emplace_back(message.begin(), message.end());
+    found->second.waiting.push_back(std::move(bytes));
     return;
   }
   link::HandshakeProgress progress{.handshake = handshake};
-  put_record(progress.to_send, Record::kMessage, message);
+  put_record(progress.to_send, Record::kMessage, bytes);
   report_(std::move(progress));
 }
 

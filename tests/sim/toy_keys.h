@@ -23,6 +23,8 @@ struct ToyKeys {
   std::uint64_t fleet = 0;  // the fleet's key
   link::PeerName name{};    // that its certificate states
   std::uint8_t root = 1;    // from which its certificate comes; a later one has a higher number
+  // What it does to its WHO and WELCOME: a robot that was broken into says what it likes.
+  std::function<void(std::vector<std::byte>& message)> alter{};
 };
 
 // A list of the fleet: its number, the first root that is believed, the routers whose certificates
@@ -72,7 +74,7 @@ class ToyHandshaker final : public link::Handshaker {
   void end(std::uint64_t handshake) override { all_.erase(handshake); }
 
   // The certificate that is shown from now on.
-  void set_root(std::uint8_t root) { keys_.root = root; }
+  void set_keys(const ToyKeys& keys) { keys_ = keys; }
   [[nodiscard]] std::size_t running() const { return all_.size(); }
 
  private:

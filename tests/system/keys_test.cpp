@@ -169,6 +169,38 @@ TEST_F(KeysTest, ByFilesWithoutANetwork) {
             (security::Rights{.look = true, .drive = true, .configure = false}));
 }
 
+// A disk without room, or one that can only be read: nothing changes, the error says so, and the
+// same command works afterwards.
+TEST_F(KeysTest, AFullDiskChangesNothing) {
+  const auto without_room = [](std::vector<std::string> arguments) {
+    arguments.insert(
+        arguments.begin(),
+        {"/bin/bash", "-c", R"(trap '' XFSZ; ulimit -f 0; exec "$@")", "bash", TIMSCTL_PROGRAM});
+    auto child = ChildProcess::start(arguments);
+    ASSERT_TRUE(child);
+    const auto status = child->wait();
+    EXPECT_TRUE(status && status->code > 0) << arguments[5] << arguments[6];
+    EXPECT_THAT(child->standard_error(), HasSubstr("File too large"));
+  };
+  without_room({"key", "init", "--fleet", "harbour", "--keys", base_.path()});
+  init();
+  const std::string text = token("3");
+  without_room({"token", "new", "--keys", base_.path(), "--system", "4"});
+  without_room({"join", text, "--keys", robot_.path()});
+  ASSERT_EQ(join(text, robot_).status, 0);
+  const std::string certificate = robot_.read_public("identity.pem").value();
+  without_room({"key", "renew", "--keys", robot_.path()});
+  EXPECT_EQ(robot_.read_public("identity.pem").value(), certificate);
+  EXPECT_TRUE(robot_.load().ok());
+  EXPECT_EQ(timsctl({"key", "renew", "--keys", robot_.path()}).status, 0);
+  without_room({"key", "revoke", "robot3", "--keys", base_.path()});
+  EXPECT_EQ(base_.load()->list_number(), 1U);
+  EXPECT_EQ(timsctl({"key", "revoke", "robot3", "--keys", base_.path()}).status, 0);
+  without_room({"key", "rotate", "--keys", base_.path()});
+  EXPECT_EQ(timsctl({"key", "rotate", "--keys", base_.path()}).status, 0);
+  EXPECT_EQ(base_.load()->list_number(), 3U);
+}
+
 TEST_F(KeysTest, BrowsersGetTheRootAndTheNamesOfTheBase) {
   init();
   const Said ca = timsctl({"key", "ca", "--keys", base_.path()});
