@@ -121,6 +121,13 @@ test('it drives by touch, on a phone', async () => {
   const stick = page.getByRole('application', { name: /Stick/ });
   const pad = await stick.boundingBox();
   assert(pad.y + pad.height < 844, 'the whole stick is in sight');
+  const ground = await page.locator('canvas.scan').evaluate((canvas) => {
+    const context = canvas.getContext('2d');
+    const row = (y) => [...new Uint32Array(context.getImageData(0, y, canvas.width, 1).data.buffer)];
+    const [colour] = row(0);
+    return row(canvas.height - 1).filter((pixel) => pixel === colour).length / canvas.width;
+  });
+  assert(ground > 0.5, 'the scan is painted to its last row');
   const session = await watched.context.newCDPSession(page);
   const point = { x: pad.x + pad.width / 2, y: pad.y + 10 };
   await session.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [point] });

@@ -77,9 +77,10 @@ export class ScanPainter {
     const [width, height] = [Math.round(size.width * ratio), Math.round(size.height * ratio)];
     resize(this.canvas, width, height);
     this.buffer.resize(width, height);
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = colours.ground;
-    context.fillRect(0, 0, size.width, size.height);
+    context.fillRect(0, 0, width, height); // the size of the view may be no whole number of pixels
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
     paintRings(sheet);
     paintRobot(sheet);
     this.buffer.keepGround(context);
