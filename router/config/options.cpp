@@ -379,7 +379,7 @@ constexpr std::array kOptions{
                  "synchronised. Otherwise they are accepted, so that no clock stops a robot."}),
     row<Kind::kDuration, &Config::security, &Config::Security::list_age_max>(
         {.key = "security.list_age_max",
-         .range = {0, 3650 * 24 * kHour},
+         .range = {0, std::int64_t{3650} * 24 * kHour},
          .reload = Reload::kRestart,
          .help = "A list of revoked certificates that is older than this is reported (log, status, "
                  "timsctl doctor), if the clock of this host is synchronised; 0: a list may have "

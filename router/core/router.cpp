@@ -135,9 +135,9 @@ void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   clients_.remove(id);
 }
 
-void Router::rename_link(Time now, ClientId id, std::string_view name,
+void Router::rename_link(Time now, ClientId link, std::string_view name,
                          const policy::Subject& subject) {
-  Client* client = clients_.find(id);
+  Client* client = clients_.find(link);
   if (client == nullptr) return;
   const Text<64> former = client->info.link.name;
   gate_.leave(now, *client);
