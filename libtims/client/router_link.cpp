@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <utility>
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -124,6 +125,7 @@ wire::Welcome RouterLink::welcome() const {
 
 void RouterLink::run() {
   Duration wait = kRetryFirst;
+  std::uint64_t former = 0;
   bool is_reported = false;
   for (;;) {
     if (const auto connected = connect()) {
@@ -132,8 +134,10 @@ void RouterLink::run() {
       if (stopping_within({})) return;
       listener_.lost();
       listener_.event(SessionEvent::Kind::kLost, "lost the router at " + where_ + ", trying again");
-      // If a router closes every connection immediately, wait longer before each reconnect.
-      if (os::now() - connected_at() > kRetryLast) wait = kRetryFirst;
+      // If a router closes every connection immediately, wait longer before each reconnect; not
+      // if it was restarted: the next one waits for its programs, but not for long.
+      const bool is_another = std::exchange(former, welcome().epoch) != welcome().epoch;
+      if (is_another || os::now() - connected_at() > kRetryLast) wait = kRetryFirst;
       is_reported = true;  // the event kLost replaces the message
     } else if (!is_reported) {
       const bool silent =

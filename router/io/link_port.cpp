@@ -416,33 +416,13 @@ void LinkPort::end(Time now) {
   if (tcp_) tcp_->flush();
 }
 
-std::vector<std::byte> LinkPort::save(Time now) {
-  back_until_ = now;
-  look_who_is_back(now);
-  return links_.save(now);
-}
-
 std::size_t LinkPort::restore(Time now, link::Handover former) {
-  const std::size_t restored = links_.restore(now, former);
-  former.links.clear();
-  former_ = std::move(former);
-  back_until_ = now + kReturnTime;
   if (watch_) watch_->set(Interest::kNothing);
-  return restored;
+  return links_.restore(now, std::move(former));
 }
 
-// Otherwise their messages would be answered with NOT_AVAILABLE, and the others would be told that
-// they are gone.
-void LinkPort::look_who_is_back(Time now) {
-  if (!former_) return;
-  std::vector<Address>& awaited = former_->mailboxes;
-  while (!awaited.empty() && router_.find(awaited.back()) != nullptr) awaited.pop_back();
-  if (!awaited.empty() && now < back_until_) return;
-  router_.continue_table(former_->table_number, former_->exported);
-  former_.reset();
-  links_.resume(now);
+void LinkPort::receive_again() {
   if (watch_) watch_->set(Interest::kReading);
-  continue_later();
 }
 
 void LinkPort::stop() {
@@ -486,13 +466,11 @@ Time LinkPort::next_timeout() const {
   Time next = std::min(links_.next_timeout(), next_resolve_);
   if (!delayed_.empty()) next = std::min(next, delayed_.top().at);
   if (tcp_) next = std::min(next, tcp_->next_timeout());
-  if (former_) next = std::min(next, back_until_);
   return is_open() ? next : kNever;
 }
 
 void LinkPort::on_timeout(Time now) {
   read_wall_clock(now);
-  look_who_is_back(now);
   while (!delayed_.empty() && delayed_.top().at <= now) {
     const Delayed& next = delayed_.top();
     (void)socket_->send({.to = next.to, .bytes = next.bytes, .datagram_size = next.bytes.size()});

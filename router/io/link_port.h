@@ -103,14 +103,8 @@ class LinkPort final : private link::LinksShell,
   void end(Time now);
   void stop();
 
-  // For the next router, instead of end(): nothing is received or sent afterwards.
-  [[nodiscard]] std::vector<std::byte> save(Time now);
-  // What the former router has left, after configure(): returns the number of links that go on.
-  // They pass datagrams again when the programs of this host are back, or after kReturnTime.
+  // As Links::restore(). Meanwhile datagrams wait in the socket.
   std::size_t restore(Time now, link::Handover former);
-  static constexpr Duration kReturnTime = std::chrono::milliseconds(150);
-  // Call at the end of each turn.
-  void look_who_is_back(Time now);
 
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
@@ -149,6 +143,7 @@ class LinkPort final : private link::LinksShell,
   // link::LinksShell
   void wait_for_sender() override;
   void continue_later() override;
+  void receive_again() override;
   // link::DatagramSender, in place of the socket while faults are injected
   bool offer(const link::Burst& burst) override;
   // TcpPath::Listener
@@ -184,8 +179,6 @@ class LinkPort final : private link::LinksShell,
   std::optional<TcpPath> tcp_;
   Datagrams datagrams_;
   bool continues_ = false;
-  std::optional<link::Handover> former_;  // until its programs are back
-  Time back_until_{};
 
   Resolver resolver_;
   InterfaceWatch interfaces_;

@@ -34,8 +34,8 @@ void Advertiser::begin(Time now, core::ClientId client, bool imports) {
 }
 
 // What is not in the other side's current state is asked for again.
-void Advertiser::save(StateWriter& to) const {
-  const bool all_known = advertised_.number == router_.exported_table().number();
+void Advertiser::save(StateWriter& to, std::uint32_t table_number) const {
+  const bool all_known = advertised_.number == table_number;
   to.put(wanted_, scope_);
   to.put(all_known ? advertised_.number : 0, all_known ? advertised_.hash : 0);
   const core::Client* client = router_.client(client_);

@@ -29,7 +29,7 @@ class Advertiser {
   // Upper bound on imported mailboxes. The rest is requested again when there is room.
   void set_mailboxes_max(std::uint32_t max) { mailboxes_max_ = max; }
   // For the next router (handover.h). restore() is in place of begin(); false: no such state.
-  void save(StateWriter& to) const;
+  void save(StateWriter& to, std::uint32_t table_number) const;
   [[nodiscard]] bool restore(Time now, core::ClientId client, bool imports, StateReader& from);
   // The link is down; imported mailboxes are withdrawn with the client.
   void end();

@@ -45,8 +45,8 @@ void Handshakes::connect(Time now, const NetAddress& to, const Retry& retry,
 // moved answers from elsewhere.
 bool Handshakes::goes_on(Time now, One& one, const NetAddress& to, const Retry& retry) {
   const Duration silence = now - one.heard;
-  if (one.address != to || one.cookie != retry.cookie)
-    return silence < 2 * CryptoStream::kRepeatFirst;
+  if (one.address != to) return silence < 2 * CryptoStream::kRepeatFirst;
+  if (one.cookie != retry.cookie) return silence < kRestartTime;
   if (silence >= CryptoStream::kRepeatFirst) {
     one.stream.repeat();
     flush(now, one);

@@ -29,6 +29,9 @@ class Handshakes {
   static constexpr Duration kTimeMax = std::chrono::seconds(10);
   // Without a datagram of the other side, the connecting side begins again.
   static constexpr Duration kSilenceMax = std::chrono::seconds(3);
+  // A router that gives another cookie than before is believed to have restarted, when it has said
+  // nothing for so long: others, who see the HELLO, can forge its answer.
+  static constexpr Duration kRestartTime = std::chrono::milliseconds(50);
   // When there are too many, one makes room whose other side has kept this router waiting for so
   // long in all; less when only the acknowledgement of the answer is missing.
   static constexpr Duration kYieldsAfter = std::chrono::seconds(2);

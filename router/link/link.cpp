@@ -13,8 +13,10 @@ constexpr Duration kAfterRefusal = std::chrono::seconds(3);
 // Routers that end each session at once, because they do not understand each other, begin sessions
 // no faster than this.
 constexpr Duration kEndedTwiceAfter = std::chrono::seconds(3);
-// How often the side that connects asks about a session that is up.
-constexpr Duration kAskAgain = std::chrono::seconds(1);
+// A question about a session that is up is repeated after the first time at the earliest, then more
+// and more slowly.
+constexpr Duration kAskAgainFirst = std::chrono::milliseconds(100);
+constexpr Duration kAskAgainMax = std::chrono::seconds(1);
 // The age of keys at which a new handshake begins: fresh secrets, certificates checked again.
 constexpr Duration kKeysMax = std::chrono::hours(1);
 // How long a router whose certificate comes from a former root may take to show another one.
@@ -53,7 +55,8 @@ Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       settings_(settings),
       session_(pool, memory, done, settings.session, *this, *this),
       advertiser_(router, session_),
-      since_(now) {
+      since_(now),
+      ask_every_(kAskAgainFirst) {
   session_.set_open(false);
   advertiser_.set_mailboxes_max(settings.mailboxes_max);
   (void)paths_.configure({}, settings.paths, settings.keep_alive);
@@ -153,7 +156,7 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
   const bool sealed = verified.sealer != nullptr;
   const bool was_locked = session_.keys().are_locked();
   if (state_ == State::kDown || !settings_.connects || (is_up() && !sealed)) return;
-  asked_until_ = {};
+  end_questions();
   // If the other side did not take up the session, none of its data has arrived there either.
   const bool goes_on =
       welcome.token == their_token_ && welcome.resumed && is_peer(welcome.identity);
@@ -167,6 +170,8 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
     next_handshake_ = now + kKeysMax - kKeysMax * jitter / 10'000;
     proves_until_ = kNever;
   }
+  // The other side may use the keys when it has received something that they have sealed.
+  next_keep_alive_ = now;
   if (is_up()) {
     know_again(now, std::move(verified.peer));
     return was_locked ? unlock(now) : void();
@@ -313,14 +318,24 @@ void Link::end_session(Time now) {
 // HELLO of the session, and a router that still has the session confirms it. The side that accepts
 // waits for a HELLO in any case.
 void Link::on_reset(Time now, const NetAddress& from) {
-  if (is_up() && settings_.connects && now >= asked_until_) ask(now, from);
+  if (!is_up() || !settings_.connects || now < ask_from_) return;
+  if (settings_.secure) next_handshake_ = now;
+  ask(now, from);
 }
 
-// The answer is RETRY: without keys of a router that has lost the session, with keys of any.
+// The answer is RETRY: without keys of a router that has lost the session, with keys of any. A
+// router that has not called, and has lost the keys over a restart, asks to be called.
 void Link::ask(Time now, const NetAddress& to) {
-  asked_until_ = now + kAskAgain;
+  ask_from_ = asked_until_ = now + ask_every_;
+  ask_every_ = std::min(2 * ask_every_, kAskAgainMax);
+  if (session_.keys().are_locked() && !called_) return send_reset(to);
   std::array<std::byte, kControlDatagramMax> bytes{};
   context_.send(to, std::span(bytes).first(put_hello(bytes)));
+}
+
+void Link::end_questions() {
+  asked_until_ = {};
+  ask_every_ = kAskAgainFirst;
 }
 
 // To be answered by a HELLO of this session.
@@ -348,7 +363,7 @@ void Link::renew_keys(Time now) {
 
 // The other router has restarted.
 void Link::lose_session(Time now) {
-  asked_until_ = {};
+  end_questions();
   go_down(now, core::CloseReason::kForgotten, State::kSilent);
   end_session(now);
   begin_connecting(now, now);
@@ -491,14 +506,12 @@ KeepAlive Link::keep_alive(Time now) const {
 }
 
 bool Link::keeps_alive(Time now) const {
-  if (session_.keys().are_locked()) return false;
   if (is_up()) return true;
   return state_ == State::kSilent && !settings_.connects && their_token_ != 0 &&
          now < last_received_ + kCallsAfterSilence;
 }
 
 std::size_t Link::build(Time now, std::span<std::byte> to) {
-  if (session_.keys().are_locked()) return 0;
   const bool due = now >= next_keep_alive_ && keeps_alive(now);
   if (!is_up() && !due) return 0;
   std::size_t size = 0;
@@ -514,8 +527,7 @@ std::size_t Link::build(Time now, std::span<std::byte> to) {
 }
 
 std::size_t Link::build_probe(Time now, std::span<std::byte> to) {
-  const bool may_send = is_up() && !session_.keys().are_locked();
-  const std::size_t size = may_send ? session_.build_probe(now, their_token_, to) : 0;
+  const std::size_t size = is_up() ? session_.build_probe(now, their_token_, to) : 0;
   if (size > 0) paths_.count_out(paths_.kind(), size);
   return size;
 }
@@ -530,7 +542,7 @@ Time Link::next_timeout(Time now) {
   if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up())
-    next = std::min({next, last_received_ + dead_after(), std::max(next_handshake_, asked_until_),
+    next = std::min({next, last_received_ + dead_after(), std::max(next_handshake_, ask_from_),
                      proves_until_, paths_.next_timeout(session_.rtt().smoothed())});
   return std::min(next, gone_at());
 }
@@ -548,7 +560,7 @@ void Link::on_timeout(Time now) {
   if (is_up() && now >= proves_until_) expel(now, core::CloseReason::kOldRoot);
   if (is_up()) watch_paths(now);
   // Repeated until it succeeds.
-  if (is_up() && now >= next_handshake_ && now >= asked_until_) ask(now, address());
+  if (is_up() && now >= next_handshake_ && now >= ask_from_) ask(now, address());
   const bool calls = state_ == State::kConnecting || state_ == State::kRefused;
   if (calls && now >= next_hello_) {
     const bool refused = state_ == State::kRefused;
@@ -561,7 +573,7 @@ void Link::on_timeout(Time now) {
 // --- manual control
 
 void Link::send_close(Time now, core::CloseReason reason) {
-  if (!is_up() || session_.keys().are_locked()) return;
+  if (!is_up()) return;
   std::array<std::byte, 64> bytes{};
   context_.send(address(), std::span(bytes).first(session_.build_close(
                                now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
@@ -585,7 +597,7 @@ void Link::start_anew(Time now) {
 
 // --- for the next router
 
-bool Link::save(StateWriter& to) const {
+bool Link::save(StateWriter& to, std::uint32_t table_number) const {
   if (their_token_ == 0 || state_ == State::kDown || ended_) return false;
   to.put(settings_.secure, called_, is_up(), our_token_, their_token_, known_token_);
   to.put(keep_alive_.count(), their_keep_alive_.count(), codecs_,
@@ -599,7 +611,7 @@ bool Link::save(StateWriter& to) const {
     to.put_bytes(certificate_.issuer);
   }
   session_.save(to);
-  advertiser_.save(to);
+  advertiser_.save(to, table_number);
   return true;
 }
 
@@ -663,17 +675,14 @@ void Link::restore_up(Time now, const NetAddress& address) {
   next_keep_alive_ = now;
   session_.on_new_path(now, address.kind);
   session_.set_open(!session_.keys().are_locked());
-  if (settings_.secure && settings_.connects) next_handshake_ = now;
+  if (settings_.secure) next_handshake_ = now;
   enter(now, State::kUp);
-}
-
-void Link::go_on(Time now) {
-  last_received_ = now;
-  if (is_up() && session_.keys().are_locked() && !settings_.connects) send_reset(address());
 }
 
 void Link::unlock(Time now) {
   session_.set_open(true);
+  if (!called_) next_handshake_ = kNever;
+  end_questions();
   next_keep_alive_ = now;
   context_.begin_lists(now, *this);
 }
@@ -701,10 +710,9 @@ void Link::watch_paths(Time now) {
 }
 
 void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to) {
-  if (session_.keys().are_locked()) return;
   std::array<std::byte, kDataHeaderSize + kNonceFrameSize + Sealer::kTagSize> bytes{};
   const std::size_t size = session_.build_nonce(now, their_token_, type, nonce, bytes);
-  paths_.count_out(to.kind, size);
+  if (size > 0) paths_.count_out(to.kind, size);
   context_.send(to, std::span(bytes).first(size));
 }
 

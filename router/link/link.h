@@ -150,14 +150,15 @@ class Link final : private ArrivalObserver, private LossObserver {
   void start_anew(Time now);
   void configure(Time now, const LinkSettings& settings);
 
-  // --- for the next router (handover.h). False: there is no session, and nothing was written.
-  bool save(StateWriter& to) const;
+  // --- for the next router (handover.h). `table_number`: of the router's exported table, as the
+  // others know it. False: there is no session, and nothing was written.
+  bool save(StateWriter& to, std::uint32_t table_number) const;
   // Precondition: there is no session, and the settings are those that the state is for. False: no
   // such state, or no memory for it: the link begins anew. A sealed link that is up waits for new
   // keys.
   [[nodiscard]] bool restore(Time now, StateReader& from);
-  // Datagrams pass again: the side that accepts asks for the handshake that brings them.
-  void go_on(Time now);
+  // Datagrams pass again. A sealed link asks for the handshake that brings its keys.
+  void go_on(Time now) { last_received_ = now; }
 
   // --- read access
   [[nodiscard]] std::uint32_t slot() const { return slot_; }
@@ -226,6 +227,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   void send_hello(Time now);
   std::size_t put_hello(std::span<std::byte> to) const;
   void ask(Time now, const NetAddress& to);
+  void end_questions();
   void send_reset(const NetAddress& to);
   void know(const Identity& peer, PeerName&& certificate);
   void know_again(Time now, PeerName&& certificate);
@@ -276,6 +278,8 @@ class Link final : private ArrivalObserver, private LossObserver {
   int hellos_ = 0;  // number of HELLOs since connecting began
   // A HELLO was sent while the link is up, to be answered until then.
   Time asked_until_{};
+  Time ask_from_{};  // not again before
+  Duration ask_every_;
   Time next_handshake_ = kNever;  // for new keys
   // The other router has to show a certificate of a believed root until then.
   Time proves_until_ = kNever;

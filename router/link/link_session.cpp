@@ -662,7 +662,9 @@ bool LinkSession::put_sample(Time now, Packet& packet, std::size_t message_class
   return true;
 }
 
+// Nothing is sent before the handshake that brings the keys.
 std::size_t LinkSession::finish(Time now, std::uint64_t token, Packet& packet) {
+  if (keys_.are_locked()) return 0;
   const std::span<std::byte> datagram = packet.datagram.first(packet.out.size() + keys_.overhead());
   keys_.seal(now, token, sent_.next(), datagram);
   SentPacket& record = sent_.add();
@@ -699,8 +701,9 @@ std::size_t LinkSession::build_nonce(Time now, std::uint64_t token, FrameType ty
                                      std::uint64_t nonce, std::span<std::byte> out) {
   Packet packet = packet_in(out);
   put_challenge(packet.out, type, nonce);
-  ++questions_out_;
-  return finish(now, token, packet);
+  const std::size_t size = finish(now, token, packet);
+  if (size > 0) ++questions_out_;
+  return size;
 }
 
 std::size_t LinkSession::build_close(Time now, std::uint64_t token, std::uint8_t reason,

@@ -203,7 +203,7 @@ void Links::touch(Link& link) {
 }
 
 void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes) {
-  if (ends_ || holds_back_) return;
+  if (ends_ || holds_back()) return;
   if (const auto data = decode_data(bytes)) return on_data(now, from, *data);
   const auto datagram = decode(bytes);
   if (!datagram) {
@@ -337,7 +337,8 @@ std::uint64_t Links::queued_bytes(std::uint32_t token) const {
 // --- time
 
 void Links::on_timeout(Time now) {
-  if (holds_back_) return;
+  look_who_is_back(now);
+  if (holds_back()) return;
   while (!wake_.empty() && wake_.top().at <= now) {
     const Wake wake = wake_.top();
     wake_.pop();
@@ -458,7 +459,8 @@ bool Links::send_bursts(Time now, Link& link) {
 }
 
 void Links::flush(Time now) {
-  if (holds_back_) return;
+  look_who_is_back(now);
+  if (holds_back()) return;
   if (std::ranges::all_of(senders_, [](const auto* sender) { return sender == nullptr; })) return;
   choose_uplink(now);
   advertise(now);
@@ -505,18 +507,29 @@ bool Links::flush_link(Time now, Link& link) {
 
 void Links::end(Time now) {
   ends_ = true;
-  holds_back_ = false;
+  former_.reset();
   for_each_link(
       [&](Link& link) { link.take_down(now, Link::State::kDown, core::CloseReason::kShutdown); });
 }
 
 // --- for the next router
 
+// One that is restarted again before its programs are back has told the others nothing: for them,
+// its table is still that of the former router, and the next one waits for the same programs.
 std::vector<std::byte> Links::save(Time now) const {
-  Handover left{.at = now, .table_number = router_.exported_table().number(), .self = setup_.self};
-  router_.for_each_exported(
-      [&](Address address, const core::Origin&) { left.exported.push_back(address); });
-  std::ranges::sort(left.exported);
+  Handover left{.at = now, .self = setup_.self};
+  if (former_) {
+    left = {.at = now,
+            .table_number = former_->table_number,
+            .self = setup_.self,
+            .exported = former_->exported,
+            .mailboxes = former_->mailboxes};
+  } else {
+    left.table_number = router_.exported_table().number();
+    router_.for_each_exported(
+        [&](Address address, const core::Origin&) { left.exported.push_back(address); });
+    std::ranges::sort(left.exported);
+  }
   router_.table().for_each([&](const core::Table::Entry& entry) {
     const core::Client* owner = router_.client(entry.owner);
     if (owner != nullptr && owner->info.port == core::PortKind::kLocal)
@@ -525,7 +538,7 @@ std::vector<std::byte> Links::save(Time now) const {
   StateWriter links;
   for_each([&](const Link& link) {
     StateWriter state;
-    if (!link.save(state)) return;
+    if (!link.save(state, left.table_number)) return;
     const LinkSettings& settings = link.settings();
     links.put(settings.kind, settings.connects, settings.system.has_value(),
               settings.system.value_or(0));
@@ -536,11 +549,14 @@ std::vector<std::byte> Links::save(Time now) const {
   return left.encode();
 }
 
-std::size_t Links::restore(Time now, const Handover& former) {
-  holds_back_ = true;
+std::size_t Links::restore(Time now, Handover former) {
+  former_ = std::move(former);
+  back_until_ = now + kReturnTime;
   singles_.clear();
   std::size_t restored = 0;
-  for (StateReader in(now, former.links); !in.empty();) restored += restore_link(now, in) ? 1U : 0U;
+  for (StateReader in(now, former_->links); !in.empty();)
+    restored += restore_link(now, in) ? 1U : 0U;
+  former_->links = {};
   choose_ = true;
   choose_uplink(now);
   report_losses(now);
@@ -576,12 +592,18 @@ bool Links::restore_link(Time now, StateReader& from) {
   return restored;
 }
 
-void Links::resume(Time now) {
-  holds_back_ = false;
+void Links::look_who_is_back(Time now) {
+  if (!former_) return;
+  std::vector<Address>& awaited = former_->mailboxes;
+  while (!awaited.empty() && router_.find(awaited.back()) != nullptr) awaited.pop_back();
+  if (!awaited.empty() && now < back_until_) return;
+  router_.continue_table(former_->table_number, former_->exported);
+  former_.reset();
   for_each_link([&](Link& link) {
     link.go_on(now);
     touch(link);
   });
+  if (shell_ != nullptr) shell_->receive_again();
 }
 
 // --- manual control

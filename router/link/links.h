@@ -43,6 +43,8 @@ class LinksShell : public core::Interface {
   virtual void wait_for_sender() = 0;
   // There is more to send: flush again after others have had their turn.
   virtual void continue_later() = 0;
+  // The programs of this host are back after a restart: datagrams are received again.
+  virtual void receive_again() = 0;
 };
 
 class Links final : public core::Port,
@@ -107,11 +109,11 @@ class Links final : public core::Port,
   // Called after all ports were flushed: messages handed on are not read any more.
   void release() { done_.clear(); }
   [[nodiscard]] bool has_something_to_send() const {
-    return !holds_back_ && (!touched_.empty() || held_.to);
+    return !holds_back() && (!touched_.empty() || held_.to);
   }
 
   [[nodiscard]] Time next_timeout() const {
-    if (holds_back_) return kNever;
+    if (holds_back()) return back_until_;
     return std::min({wake_.empty() ? kNever : wake_.top().at, reception_.next_timeout(),
                      lists_.next_timeout()});
   }
@@ -121,14 +123,14 @@ class Links final : public core::Port,
   void end(Time now);
 
   // For the next router, instead of end(): nothing may be passed to this one afterwards.
-  // Precondition: nothing is held back.
   [[nodiscard]] std::vector<std::byte> save(Time now) const;
   // What the former router has left, after configure(): returns the number of links that go on.
-  // From here on until resume(), nothing is received or sent: messages of programs of this host
-  // wait, and so do those for mailboxes whose owners have not connected again.
-  std::size_t restore(Time now, const Handover& former);
-  [[nodiscard]] bool holds_back() const { return holds_back_; }
-  void resume(Time now);
+  // Nothing is received or sent until the programs that had mailboxes are back, for kReturnTime at
+  // most: messages of programs of this host wait, and so do those for them. Otherwise these would
+  // be answered with NOT_AVAILABLE, and the others would be told that the mailboxes are gone.
+  std::size_t restore(Time now, Handover former);
+  static constexpr Duration kReturnTime = std::chrono::milliseconds(150);
+  [[nodiscard]] bool holds_back() const { return former_.has_value(); }
 
   // Manual control by the name of the other router or by `to`. Returns false when there is no
   // such link.
@@ -238,6 +240,7 @@ class Links final : public core::Port,
   void forget_names(std::uint32_t slot);
   void choose_uplink(Time now);
   [[nodiscard]] bool restore_link(Time now, StateReader& from);
+  void look_who_is_back(Time now);
 
   // --- routers of the fleet
   void look_for_all(Time now);
@@ -295,7 +298,8 @@ class Links final : public core::Port,
   Time overlap_end_{};
   bool choose_ = false;
   bool ends_ = false;
-  bool holds_back_ = false;
+  std::optional<Handover> former_;  // until its programs are back
+  Time back_until_{};
   std::uint32_t advertised_ = 0;     // number of the router's table that was announced last
   std::uint64_t strange_ = 0;        // see Counters
   std::uint64_t unknown_token_ = 0;  // likewise

@@ -87,6 +87,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (result) result = listen();
     if (!result) {
       log_.error(result.error().detail());
+      if (former_) (void)leave(former_->encode());
       return kCannotStart;
     }
     manager_.ready();
@@ -186,7 +187,6 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   }
 
   void finish_turn(Time now) {
-    links_.look_who_is_back(now);
     router_.flush(now);
     if (admin_.has_work(now) || tracer_.has_records()) answer(now);
     links_.release();
@@ -228,6 +228,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     links_.configure(os::now(), c);
     if (former_) {
       const std::size_t links = links_.restore(os::now(), std::move(*former_));
+      former_.reset();
       log_.info(fmt::format("links that go on from the former router: {}", links));
     }
     for (const std::string& caution : config::cautions(c)) log_.warning(caution);
@@ -340,11 +341,16 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   }
 
   void leave_links(Time now) {
-    const auto memory = os::make_memfd(kHandoverName, links_.save(now));
-    if (!memory) log_.error("links are not left to the next router: " + memory.error().detail());
-    if (memory && manager_.sockets().keep_memory(kHandoverName, memory->get())) return;
+    if (leave(links_.links().save(now))) return;
     log_.info("nobody keeps the links for the next router: they end");
     if (links_.is_open()) links_.end(now);
+  }
+
+  // Returns whether somebody keeps it for the next router.
+  bool leave(const std::vector<std::byte>& state) {
+    const auto memory = os::make_memfd(kHandoverName, state);
+    if (!memory) log_.error("links are not left to the next router: " + memory.error().detail());
+    return memory && manager_.sockets().keep_memory(kHandoverName, memory->get());
   }
 
   // What the former router has left; empty: this one starts anew.
@@ -410,6 +416,12 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   const io::Arguments& arguments_;
   io::Log log_{configuration_.config.log.level};
   io::Loop loop_;
+  // From here on a signal to end is obeyed in order, when the loop runs: before, it ends a router
+  // that has taken nothing over.
+  io::Signals signals_{loop_,
+                       {.stop = [this] { stop(); },
+                        .reload = [this] { reload(); },
+                        .hand_over = [this] { hand_over(); }}};
   io::Service manager_{loop_};
   std::optional<link::Handover> former_ = inherit();  // until the links are restored
   // For the others, a router that goes on is the same one.
@@ -469,10 +481,6 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::AdminService admin_{*this};
   bool admin_has_turn_ = false;  // posted
   io::Tracer tracer_;
-  io::Signals signals_{loop_,
-                       {.stop = [this] { stop(); },
-                        .reload = [this] { reload(); },
-                        .hand_over = [this] { hand_over(); }}};
   Time drain_deadline_ = kNever;  // set when shutdown begins
   bool hands_over_ = false;
 };

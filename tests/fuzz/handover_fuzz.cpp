@@ -25,13 +25,10 @@ struct Restarted : sim::SimulatedNetwork {
     former.links.assign(links.begin(), links.end());
     robot->kill();
     fuzz::require(robot->start(now(), former.encode()).has_value());
-    run_for(10ms);
-    robot->resume(now());
     run_for(300ms);
     // It can also be left to the next one.
     const auto again = robot->hand_over(now());
     fuzz::require(robot->start(now(), again).has_value());
-    robot->resume(now());
     run_for(100ms);
   }
 

@@ -1,6 +1,7 @@
 // Node: one host of the simulated network.
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include <sys/mman.h>
 
@@ -59,7 +60,8 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
              .handshaker = handshaker ? &*handshaker : nullptr,
              .lists = handshaker ? &node : nullptr,
              .links_max = node.setup_.links_max}) {
-  router.attach(core::PortKind::kWebSocket, node);
+  for (const auto port : {core::PortKind::kLocal, core::PortKind::kWebSocket})
+    router.attach(port, node);
   router.attach(core::PortKind::kLink, links);
   for (const auto kind : {link::PathKind::kUdp, link::PathKind::kDds})
     links.set_sender(kind, &node);
@@ -85,6 +87,7 @@ std::vector<std::byte> Node::hand_over(Time now) {
   end_turn(now);
   std::vector<std::byte> state = running_->links.save(now);
   kill();
+  keeps_socket_ = true;
   return state;
 }
 
@@ -97,15 +100,10 @@ std::optional<std::size_t> Node::start(Time now, std::span<const std::byte> stat
   running_ = std::make_unique<Running>(*this, former->self.epoch);
   running_->links.configure(now, setup_.links);
   const std::size_t restored = running_->links.restore(now, *former);
-  running_->former = *former;
   set_targets(now);
-  return restored;
-}
-
-void Node::resume(Time now) {
-  running_->router.continue_table(running_->former.table_number, running_->former.exported);
-  running_->links.resume(now);
+  if (list_.number > 0) use_list(now);
   end_turn(now);
+  return restored;
 }
 
 void Node::set_targets(Time now) {
@@ -183,6 +181,7 @@ link::Announcement Node::announcement() const {
 
 void Node::kill() {
   if (before_kill) before_kill(*this);
+  keeps_socket_ = false;
   if (!setup_.fleet.empty()) network_.forget(*this);
   // After a restart it is another DDS participant.
   network_.addresses_.erase(dds_);
@@ -215,10 +214,8 @@ std::size_t Node::memory_in_use() const {
   return running_->pool.used() * core::BlockPool::kBlockSize + running_->memory.used_bytes();
 }
 
-core::ClientId Node::add_client(Time now, const std::string& name) {
-  // A native client: flags of original programs (TCP) are not forwarded beyond their router.
-  return router().connect(now,
-                          {.port = core::PortKind::kWebSocket, .name = std::string_view(name)});
+core::ClientId Node::add_client(Time now, const std::string& name, core::PortKind port) {
+  return router().connect(now, {.port = port, .name = std::string_view(name)});
 }
 
 void Node::remove_client(Time now, core::ClientId client) {
@@ -265,6 +262,9 @@ bool Node::offer(const link::Burst& burst) {
 }
 
 void Node::on_datagram(Time now, const NetAddress& from, std::vector<std::byte>& bytes) {
+  const bool waits = alive() ? running_->links.holds_back() : keeps_socket_;
+  if (waits) return in_socket_.emplace_back(from, std::move(bytes)), void();
+  if (!alive()) return;
   running_->links.on_datagram(now, from, bytes);
   end_turn(now);
 }
@@ -283,6 +283,8 @@ void Node::end_turn(Time now) {
   } while (running_->links.has_something_to_send());
   running_->links.release();
   network_.schedule(*this);
+  if (running_->links.holds_back()) return;
+  for (auto& [from, bytes] : std::exchange(in_socket_, {})) on_datagram(now, from, bytes);
 }
 
 }  // namespace tims::sim

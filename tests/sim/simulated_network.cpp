@@ -230,8 +230,7 @@ bool SimulatedNetwork::step(Time limit) {
     return true;
   }
   const auto to = addresses_.find(event.to);
-  if (to != addresses_.end() && to->second->alive())
-    to->second->on_datagram(now_, event.from, event.bytes);
+  if (to != addresses_.end()) to->second->on_datagram(now_, event.from, event.bytes);
   return true;
 }
 

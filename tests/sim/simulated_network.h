@@ -10,6 +10,7 @@
 #include <memory>
 #include <queue>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "router/core/random.h"
@@ -77,12 +78,11 @@ class Node final : private core::Port,
   [[nodiscard]] bool alive() const { return running_ != nullptr; }
   void start(Time now);
   void kill();  // as kill -9
-  // As an upgrade: ends, and leaves its links to the next run. Its clients must be added again,
-  // before resume().
+  // As an upgrade: ends, and leaves its links to the next run, to which its clients must be added
+  // again. Datagrams wait in its socket meanwhile.
   std::vector<std::byte> hand_over(Time now);
   // The number of links that go on; nothing: `state` is none.
   std::optional<std::size_t> start(Time now, std::span<const std::byte> state);
-  void resume(Time now);
 
   [[nodiscard]] const NodeSetup& setup() const { return setup_; }
   [[nodiscard]] link::Announcement announcement() const;
@@ -102,8 +102,10 @@ class Node final : private core::Port,
   link::Links& links() { return running_->links; }
   [[nodiscard]] std::size_t memory_in_use() const;
 
-  // Adds a client, without mailboxes. Killing the node removes its clients.
-  core::ClientId add_client(Time now, const std::string& name);
+  // Adds a client, without mailboxes: a program of this host, or a page (kWebSocket), whose sources
+  // the router does not refuse. Killing the node removes its clients.
+  core::ClientId add_client(Time now, const std::string& name,
+                            core::PortKind port = core::PortKind::kLocal);
   bool add_mailbox(Time now, core::ClientId client, Address address);
   core::Outcome send(Time now, core::ClientId client, Header header,
                      std::span<const std::byte> body = {});
@@ -155,7 +157,6 @@ class Node final : private core::Port,
     core::Router router;
     std::optional<ToyHandshaker> handshaker;
     link::Links links;
-    link::Handover former;
     std::map<std::uint32_t, std::vector<Arrival>> arrivals;  // by client
   };
 
@@ -174,6 +175,8 @@ class Node final : private core::Port,
   Duration wall_ = std::chrono::seconds(1'700'000'000);
   std::array<std::uint64_t, core::kClasses> lost_{};  // before the last restart
   std::unique_ptr<Running> running_;
+  bool keeps_socket_ = false;
+  std::vector<std::pair<NetAddress, std::vector<std::byte>>> in_socket_;
 
   friend class SimulatedNetwork;
   Time scheduled_ = kNever;  // its entry in the network's queue of timeouts

@@ -91,7 +91,7 @@ TEST(Forged, AResetWithTheTrueTokenEndsNothing) {
   }
   EXPECT_EQ(s.robot->events.size() + s.base->events.size(), events);
   EXPECT_GE(questions, 2U);
-  EXPECT_LE(questions, 8U) << "once a second for each link";
+  EXPECT_LE(questions, 2U * 6) << "soon at first, then once a second, for each link";
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 

@@ -409,7 +409,7 @@ TEST(Identity, ALinkForOneSystemAcceptsNoOther) {
 TEST(Identity, ARouterAboveCannotPretendToBeAComponentOfTheRobot) {
   Story s;
   s.begin();
-  const auto impostor = s.base->add_client(s.now(), "impostor");
+  const auto impostor = s.base->add_client(s.now(), "impostor", core::PortKind::kWebSocket);
   const std::size_t before = s.robot->arrivals(s.ladar).size();
   for (const Address src : {kLadar, kCamera})
     s.base->send(s.now(), impostor, {.type = 3, .dest = kLadar, .src = src});

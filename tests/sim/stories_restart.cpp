@@ -1,17 +1,21 @@
 // A router that is restarted for an upgrade leaves its links to the next one: nothing reliable is
 // lost, doubled or out of order, and nobody else notices.
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <map>
 #include <string>
 #include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <gmock/gmock.h>
 
 #include "router/link/handover.h"
+#include "tests/sim/restart_storm.h"
 #include "tests/sim/story.h"
+#include "tests/support/patience.h"
 
 namespace tims::sim {
 namespace stories_restart {
@@ -39,7 +43,6 @@ struct Restart : Story {
     run_for(10ms);
     client_of(node) = client(node, mailbox_of(node));
     away = nullptr;
-    node.resume(now());
   }
   [[nodiscard]] std::size_t downs() const {
     std::size_t downs = 0;
@@ -158,14 +161,38 @@ TEST(Upgrade, LosesNothingOnABadLine) {
 // Messages of programs wait in the links until those pass datagrams again.
 TEST(Upgrade, MessagesSentBeforeTheLinksGoOnArrive) {
   Restart s(true);
+  const Address late(0x01170000);
+  ASSERT_TRUE(s.host->add_mailbox(s.now(), s.camera, late));
   const auto state = s.host->hand_over(s.now());
   ASSERT_TRUE(s.host->start(s.now(), state));
   s.camera = s.client(*s.host, kCamera);
   s.host->send(s.now(), s.camera, {.type = -7, .dest = kGui, .src = kCamera});
   s.run_for(10ms);
   EXPECT_TRUE(s.base->arrivals(s.gui).empty());
-  s.host->resume(s.now());
+  ASSERT_TRUE(s.host->add_mailbox(s.now(), s.camera, late));
   EXPECT_TRUE(s.run_until([&] { return !s.base->arrivals(s.gui).empty(); }, 100ms));
+}
+
+// A router that is restarted again before its programs are back passes on what it got: nothing is
+// withdrawn meanwhile, and the programs are waited for again.
+TEST(Upgrade, ARestartWhileProgramsAreAwaitedPassesEverythingOn) {
+  for (const bool sealed : {false, true}) {
+    Restart s(sealed);
+    s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kCamera, .src = kLadar});
+    const std::size_t before = s.downs();
+    auto state = s.host->hand_over(s.now());
+    for (int i = 0; i < 10; ++i) {
+      s.run_for(10ms);
+      ASSERT_EQ(s.host->start(s.now(), state), 1U);
+      s.run_for(10ms);
+      state = s.host->hand_over(s.now());
+    }
+    ASSERT_EQ(s.host->start(s.now(), state), 1U);
+    s.camera = s.client(*s.host, kCamera);
+    EXPECT_TRUE(s.run_until([&] { return !s.host->arrivals(s.camera).empty(); }, 100ms));
+    EXPECT_TRUE(s.gui_reaches_camera());
+    EXPECT_EQ(s.downs(), before) << "a link or a mailbox was withdrawn";
+  }
 }
 
 // A mailbox whose program has not come back is withdrawn at once, the others are not.
@@ -175,6 +202,8 @@ TEST(Upgrade, WhoDoesNotComeBackIsWithdrawn) {
   ASSERT_TRUE(s.host->add_mailbox(s.now(), s.camera, gone));
   ASSERT_TRUE(s.run_until([&] { return Story::knows(*s.base, gone); }, 1s));
   s.restart(*s.host);
+  s.run_for(link::Links::kReturnTime - 20ms);
+  EXPECT_TRUE(Story::knows(*s.base, gone));
   EXPECT_TRUE(s.run_until([&] { return !Story::knows(*s.base, gone); }, 100ms));
   EXPECT_TRUE(s.converged());
   s.run_for(3s);
@@ -205,6 +234,38 @@ TEST(Upgrade, AnotherLayoutIsAPlainRestart) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
+// While a fleet is upgraded: an earlier router does not say what it can decompress, and a later one
+// says more at the end.
+TEST(Upgrade, RoutersOfTwoVersionsUnderstandEachOther) {
+  for (const bool is_later : {false, true}) {
+    Story s(1, {}, core::Compression::kLz4);
+    s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> sent) {
+      std::vector<std::byte> bytes(sent.begin(), sent.end());
+      const auto datagram = link::decode(bytes);
+      if (&from != s.robot || !datagram) return false;
+      if (const auto* hello = std::get_if<link::Hello>(&*datagram)) {
+        link::Hello other = *hello;
+        other.codecs = is_later ? hello->codecs : 0;
+        (void)link::encode(other, bytes);
+        if (is_later) std::ranges::fill(std::span(bytes).last(32), std::byte{0xEE});
+      } else if (std::holds_alternative<link::Welcome>(*datagram)) {
+        is_later ? bytes.resize(bytes.size() + 32, std::byte{0xEE}) : bytes.pop_back();
+      } else {
+        return false;
+      }
+      s.inject(from.address(), to, bytes);
+      return true;
+    };
+    s.begin();
+    EXPECT_TRUE(s.gui_reaches_camera());
+    for (Node* node : {s.base, s.host})
+      node->links().for_each([&](const link::Link& link) {
+        if (link.peer().name.view() != "robot") return;
+        EXPECT_EQ(link.packs_with().has_value(), is_later) << node->setup().name;
+      });
+  }
+}
+
 // What is right by its checksum may still be wrong.
 TEST(Upgrade, WrongContentsDoNotKeepARouterFromStarting) {
   Restart s(false);
@@ -217,14 +278,21 @@ TEST(Upgrade, WrongContentsDoNotKeepARouterFromStarting) {
   for (std::size_t at = 0; at < former->links.size(); at += 11) {
     link::Handover wrong = *former;
     wrong.at = s.now();
+    wrong.mailboxes.clear();  // it waits for nobody
     wrong.links[at] ^= std::byte{0xFF};
     ASSERT_TRUE(s.robot->start(s.now(), wrong.encode()));
-    s.robot->resume(s.now());
     s.robot->kill();
   }
   s.robot->start(s.now());
   s.ladar = s.client(*s.robot, kLadar);
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 5s));
+}
+
+TEST(Upgrade, NothingIsLostHoweverOftenRoutersAreRestarted) {
+  for (std::uint64_t seed = 1; seed <= test::rounds(60); ++seed)
+    for (const std::string& failure : RestartStorm(seed, false).run())
+      ADD_FAILURE() << failure << "\n  build/release/tests/sim_swarm --storms --seed " << seed
+                    << " --verbose";
 }
 
 }  // namespace stories_restart

@@ -6,7 +6,7 @@
 
 #include <boost/json/serialize.hpp>
 
-#include "tests/system/fleet_keys.h"
+#include "tests/support/fleet_keys.h"
 #include "tests/system/timsctl_fixture.h"
 #include "tests/system/two_hosts_fixture.h"
 #include "tests/system/websocket_client.h"

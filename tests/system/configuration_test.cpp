@@ -84,6 +84,7 @@ class Host {
     (void)agent_->wait();
   }
   [[nodiscard]] ChildProcess& agent() { return *agent_; }
+  [[nodiscard]] ChildProcess& router() { return *router_; }
   void start_robot(const std::string& name) {
     robot_ = started({TIMSCTL_PROGRAM, "up", (folder() / "robots" / name).string()});
     EXPECT_TRUE(robot_->wait_for_line("programs are ready"));
@@ -354,6 +355,8 @@ TEST_F(ConfigurationTest, ARouterIsReloadedOrRestartedAsItsOptionsNeed) {
       {"config", "apply", "robot1@router.toml:message.max=\"8MiB\"", "-y"}, kPatience * 2);
   EXPECT_EQ(restarted.code, 0) << restarted.out << restarted.err;
   EXPECT_NE(epoch(robot_.timsctl({"status", "--json"}).out), epoch(before));
+  EXPECT_THAT(robot_.router().output(), HasSubstr("stopping for a restart"))
+      << "so that links go on where the service manager keeps them";
 }
 
 TEST_F(ConfigurationTest, AChangeThatCutsItsOwnLinkIsUndoneEverywhere) {

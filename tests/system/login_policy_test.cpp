@@ -12,9 +12,9 @@
 
 #include "tests/support/child_process.h"
 #include "tests/support/eventually.h"
+#include "tests/support/fleet_keys.h"
 #include "tests/support/own_network.h"
 #include "tests/support/tcp_client.h"
-#include "tests/system/fleet_keys.h"
 #include "tests/system/host.h"
 #include "tests/system/websocket_client.h"
 

@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "tests/support/fleet_keys.h"
 #include "tests/support/recording.h"
 #include "tests/support/replay.h"
 #include "tests/support/router_process.h"
-#include "tests/system/fleet_keys.h"
 
 namespace tims::test {
 namespace recordings_test {

@@ -4,8 +4,8 @@
 
 #include "os/clock.h"
 #include "tests/support/eventually.h"
+#include "tests/support/fleet_keys.h"
 #include "tests/support/router_process.h"
-#include "tests/system/fleet_keys.h"
 #include "tests/system/host.h"
 
 namespace tims::test {

@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "tests/system/fleet_keys.h"
+#include "tests/support/fleet_keys.h"
 #include "tests/system/traffic.h"
 #include "tests/system/two_hosts_fixture.h"
 

@@ -18,10 +18,10 @@
 #include "security/keys/credentials.h"
 #include "tests/support/child_process.h"
 #include "tests/support/eventually.h"
+#include "tests/support/fleet_keys.h"
 #include "tests/support/own_network.h"
 #include "tests/support/tcp_client.h"
 #include "tests/system/byte_socket.h"
-#include "tests/system/fleet_keys.h"
 #include "tests/system/tcp_fixture.h"
 
 namespace tims::test {

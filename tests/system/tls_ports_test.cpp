@@ -14,9 +14,9 @@
 
 #include "os/file.h"
 #include "tests/support/child_process.h"
+#include "tests/support/fleet_keys.h"
 #include "tests/support/router_process.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/system/fleet_keys.h"
 
 namespace tims::test::tls_ports_test {
 

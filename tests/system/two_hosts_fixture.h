@@ -59,13 +59,20 @@ inline testing::AssertionResult all_paths_work(const Host& host, const std::stri
       "all paths work");
 }
 
-class TwoHosts : public testing::Test {
+// The hosts, without anything that runs there.
+class OnTwoNetworks : public testing::Test {
  protected:
   void SetUp() override {
     auto made = TwoNetworks::enter();
     if (!made) GTEST_SKIP() << made.error().message();
     networks_.emplace(std::move(*made));
   }
+
+  std::optional<TwoNetworks> networks_;
+};
+
+class TwoHosts : public OnTwoNetworks {
+ protected:
   void TearDown() override {
     if (HasFailure() && robot_)
       std::cerr << "base:\n" << base_->log() << "robot:\n" << robot_->log();
@@ -91,7 +98,6 @@ class TwoHosts : public testing::Test {
     ASSERT_TRUE(done.ok()) << done.error().message();
   }
 
-  std::optional<TwoNetworks> networks_;
   std::unique_ptr<Host> base_;
   std::unique_ptr<Host> robot_;
 };

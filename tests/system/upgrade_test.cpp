@@ -1,178 +1,128 @@
 // Routers that are restarted as by systemd, between two hosts: their links go on.
 #include <csignal>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 
-#include "os/shared_memory.h"
-#include "router/link/handover.h"
-#include "tests/support/descriptor_keeper.h"
 #include "tests/support/eventually.h"
-#include "tests/support/numbered_traffic.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/two_networks.h"
-#include "tests/system/fleet_keys.h"
+#include "tests/support/fleet_keys.h"
+#include "tests/support/kept_pair.h"
+#include "tests/system/two_hosts_fixture.h"
 
 namespace tims::test {
 namespace upgrade_test {
 
 using namespace std::chrono_literals;
+using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
-constexpr Address kLadar(0x01140000);
-constexpr Address kGui(0x00020000);
-constexpr Address kPilot(0x01150000);
-constexpr Address kOther(0x00030000);
 // Of the sentence "at most 300 ms". An instrumented router starts slowly.
 constexpr Duration kSilenceMax = kSlowdown * 300ms;
+// Messages that arrive after a restart, before the next one.
+constexpr std::uint64_t kMore = 100;
 
-class UpgradeTest : public testing::Test {
+class UpgradeTest : public OnTwoNetworks {
  protected:
-  void SetUp() override {
-    auto made = TwoNetworks::enter();
-    if (!made) GTEST_SKIP() << made.error().message();
-    networks_.emplace(std::move(*made));
-  }
   void TearDown() override {
-    if (HasFailure() && robot_)
-      std::cerr << "base:\n"
-                << base_->process().output() << "robot:\n"
-                << robot_->process().output();
-    up_.reset();
-    down_.reset();
-    robot_.reset();
-    base_.reset();
+    if (HasFailure() && pair_) std::cerr << pair_->output();
+    pair_.reset();
   }
-  // `keys_*`: settings; none: without keys.
-  void start(const std::string& keys_base, const std::string& keys_robot,
-             const std::string& path = "udp") {
-    const auto with = [](std::vector<std::string> settings, const std::string& keys) {
-      settings.push_back(keys.empty() ? "security.insecure=true" : keys);
-      return settings;
-    };
-    const std::string paths = path == "udp" ? "" : ",paths=" + path;
-    base_.emplace(base_folder_.path(),
-                  with({"router.name=base", "router.role=top", "router.system=0", "router.id=1",
-                        std::string("udp.listen=") + TwoNetworks::kLeft + ":2010",
-                        "link=kind=sub,system=*" + paths},
-                       keys_base));
-    robot_.emplace(robot_folder_.path(),
-                   with({"router.name=robot", "router.role=system", "router.system=1",
-                         "router.id=1", std::string("udp.listen=") + TwoNetworks::kRight + ":2010",
-                         std::string("link=kind=super,to=") + TwoNetworks::kLeft + ":2010" + paths},
-                        keys_robot));
-    const auto base_started = base_->start();
-    ASSERT_TRUE(base_started.ok()) << base_started.error().message();
-    const auto robot_started = networks_->on_the_right([&] { return robot_->start(); });
-    ASSERT_TRUE(robot_started.ok()) << robot_started.error().message();
-    begin(up_, {robot_->socket_path(), kLadar}, {base_->socket_path(), kGui});
-    begin(down_, {base_->socket_path(), kOther}, {robot_->socket_path(), kPilot});
-    ASSERT_TRUE(eventually([&] { return up_->arrived() > 0 && down_->arrived() > 0; }, "a link"));
+  void start(const KeptPair::Settings& settings = {}) {
+    pair_ = std::make_unique<KeptPair>(*networks_, settings);
+    expect(pair_->start());
   }
-  static void begin(std::unique_ptr<NumberedTraffic>& traffic, const NumberedTraffic::End& from,
-                    const NumberedTraffic::End& to) {
-    auto begun = NumberedTraffic::begin(from, to, 1ms);
-    ASSERT_TRUE(begun.ok()) << begun.error().message();
-    traffic = std::move(*begun);
-  }
-  void restart(KeptRouter& router, int signal = SIGUSR2) {
-    const auto act = [&] { return router.restart(signal); };
-    const auto done = &router == &*robot_ ? networks_->on_the_right(act) : act();
-    ASSERT_TRUE(done.ok()) << done.error().message();
-  }
-  void wait_for_more() {
-    const std::uint64_t up = up_->arrived();
-    const std::uint64_t down = down_->arrived();
-    ASSERT_TRUE(eventually(
-        [&] { return up_->arrived() > up + 100 && down_->arrived() > down + 100; }, "more"));
-  }
+  static void expect(const Result<void>& done) { ASSERT_TRUE(done.ok()) << done.error().message(); }
+  [[nodiscard]] std::array<KeptRouter*, 2> routers() { return {&pair_->base(), &pair_->robot()}; }
   void expect_all() {
-    for (NumberedTraffic* traffic : {&*up_, &*down_}) {
-      traffic->end(kPatience);
+    pair_->end(kPatience);
+    for (const auto& traffic : pair_->traffic()) {
       EXPECT_EQ(traffic->arrived(), traffic->sent());
       EXPECT_EQ(traffic->wrong(), 0U);
     }
   }
   void expect_restarts_unnoticed(int restarts) {
-    (void)up_->take_silence();
-    (void)down_->take_silence();
+    for (const auto& traffic : pair_->traffic()) (void)traffic->take_silence();
     for (int i = 0; i < restarts; ++i) {
-      for (KeptRouter* router : {&*base_, &*robot_}) {
-        restart(*router);
-        wait_for_more();
+      for (KeptRouter* router : routers()) {
+        expect(pair_->restart(*router));
+        expect(pair_->wait_for_more(kMore));
         EXPECT_THAT(router->process().output(), HasSubstr("go on from the former router: 1"));
       }
     }
     expect_all();
-    EXPECT_LE(up_->silence(), kSilenceMax);
-    EXPECT_LE(down_->silence(), kSilenceMax);
-    RecordProperty("silence_ms",
-                   static_cast<int>(std::max(up_->silence(), down_->silence()) / 1ms));
+    for (const auto& traffic : pair_->traffic()) EXPECT_LE(traffic->silence(), kSilenceMax);
+  }
+  // Nothing is waited for in between: not even that programs are back, or that a link has its keys.
+  void expect_nothing_lost_in_a_storm() {
+    KeptRouter* base = &pair_->base();
+    KeptRouter* robot = &pair_->robot();
+    for (KeptRouter* router : {base, base, robot, robot, base, robot, base, base, base, robot})
+      expect(pair_->restart(*router));
+    expect(pair_->wait_for_more(kMore));
+    expect_all();
+    for (KeptRouter* router : {base, robot})
+      EXPECT_THAT(router->process().output(), HasSubstr("go on from the former router: 1"));
   }
 
-  TemporaryFolder base_folder_;
-  TemporaryFolder robot_folder_;
-  std::optional<TwoNetworks> networks_;
-  std::optional<KeptRouter> base_;
-  std::optional<KeptRouter> robot_;
-  std::unique_ptr<NumberedTraffic> up_;
-  std::unique_ptr<NumberedTraffic> down_;
+  std::unique_ptr<KeptPair> pair_;
 };
 
 TEST_F(UpgradeTest, LosesNothingAndIsHardlyNoticed) {
-  start("", "");
+  start();
   expect_restarts_unnoticed(5);
 }
 
 TEST_F(UpgradeTest, ASealedLinkGoesOnWithNewKeys) {
   FleetKeys keys;
-  start(keys.base(), keys.join("robot", security::MemberRole::kSystem, 1, 1));
+  start({.keys_base = keys.base(),
+         .keys_robot = keys.join("robot", security::MemberRole::kSystem, 1, 1)});
   expect_restarts_unnoticed(3);
 }
 
+TEST_F(UpgradeTest, LosesNothingHoweverSoonTheNextRestartComes) {
+  start();
+  expect_nothing_lost_in_a_storm();
+}
+
+TEST_F(UpgradeTest, ASealedLinkLosesNothingHoweverSoonTheNextRestartComes) {
+  FleetKeys keys;
+  start({.keys_base = keys.base(),
+         .keys_robot = keys.join("robot", security::MemberRole::kSystem, 1, 1)});
+  expect_nothing_lost_in_a_storm();
+}
+
 TEST_F(UpgradeTest, ALinkOverTcpLosesNothing) {
-  start("", "", "tcp");
+  start({.path = "tcp"});
   // A connection is made again a second after the last one at the earliest.
-  ASSERT_TRUE(eventually([&] { return up_->arrived() > 1500; }, "the connection is older"));
-  for (KeptRouter* router : {&*base_, &*robot_}) {
-    restart(*router);
-    wait_for_more();
+  expect(pair_->wait_for_more(1500));
+  for (KeptRouter* router : routers()) {
+    expect(pair_->restart(*router));
+    expect(pair_->wait_for_more(kMore));
   }
   expect_all();
 }
 
 // Of the next version of this program, or of the one before.
 TEST_F(UpgradeTest, AnotherLayoutIsAPlainRestart) {
-  start("", "");
-  up_->end(kPatience);
-  down_->end(kPatience);
-  ASSERT_TRUE(base_->keeper().end(base_->process(), SIGUSR2).ok());
-  os::File& left = base_->keeper().kept().at("links");
-  auto bytes = os::read_memfd(left, link::Handover::kBytesMax);
-  ASSERT_TRUE(bytes.ok());
-  bytes->at(8) = static_cast<std::byte>(link::Handover::kVersion + 1);
-  auto newer = os::make_memfd("links", *bytes);
-  ASSERT_TRUE(newer.ok());
-  // Inherited by what is started.
-  left = os::File(::fcntl(newer->get(), F_DUPFD, 200));
-  ASSERT_TRUE(base_->start().ok());
-  EXPECT_THAT(base_->process().output(), HasSubstr("it has layout 2, this program has 1"));
-  EXPECT_THAT(base_->keeper().names(), testing::Not(testing::Contains("links")));
-  begin(up_, {robot_->socket_path(), Address(0x01160000)},
-        {base_->socket_path(), Address(0x00040000)});
-  ASSERT_TRUE(eventually([&] { return up_->arrived() > 10; }, "the link is up again"));
+  start();
+  pair_->end(kPatience);
+  expect(pair_->restart_with_other_layout(pair_->base()));
+  EXPECT_THAT(pair_->base().process().output(), HasSubstr("it has layout 2, this program has 1"));
+  EXPECT_THAT(pair_->base().keeper().names(), Not(Contains("links")));
+  expect(pair_->begin_traffic());  // the link is up again
 }
 
 // Messages on their way are lost then, and the sessions begin anew.
 TEST_F(UpgradeTest, AfterACrashTheLinksBeginAnew) {
-  start("", "");
-  restart(*base_, SIGKILL);
-  const std::uint64_t before = up_->arrived();
-  EXPECT_TRUE(eventually([&] { return up_->arrived() > before; }, "the link is up again"));
-  EXPECT_THAT(base_->process().output(), testing::Not(HasSubstr("go on from the former router")));
+  start();
+  expect(pair_->restart(pair_->base(), SIGKILL));
+  const NumberedTraffic& up = *pair_->traffic().front();
+  const std::uint64_t before = up.arrived();
+  EXPECT_TRUE(eventually([&] { return up.arrived() > before; }, "the link is up again"));
+  EXPECT_THAT(pair_->base().process().output(), Not(HasSubstr("go on from the former router")));
 }
 
 }  // namespace upgrade_test

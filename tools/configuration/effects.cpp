@@ -120,15 +120,15 @@ void signal_router(const json::object& status, int number) {
 
 }  // namespace
 
-// The service manager starts it again.
+// The service manager starts it again, with the links of the former one if it keeps them.
 void Effects::restart_router() const {
   const json::object before = status();
-  signal_router(before, SIGTERM);
+  signal_router(before, SIGUSR2);
   const tims::Time deadline = tims::os::now() + kRouterRestarts;
   while (tims::os::now() < deadline) {
     signals_.sleep_until(tims::os::now() + kPause);
     try {
-      if (text_at(status(), "epoch") != text_at(before, "epoch")) return;
+      if (number_or_zero(status(), "pid") != number_or_zero(before, "pid")) return;
     } catch (const Failure&) {
       // Not yet.
     }

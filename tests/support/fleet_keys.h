@@ -4,9 +4,8 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
-
-#include <gtest/gtest.h>
 
 #include "security/keys/authority.h"
 #include "tests/support/temporary_folder.h"
@@ -22,7 +21,7 @@ class FleetKeys {
                                   .id = 1,
                                   .name = "base",
                                   .rights = {}};
-    EXPECT_TRUE(authority_.issue_own(base, {}, seconds()).ok());
+    require(authority_.issue_own(base, {}, seconds()));
   }
 
   // The setting for the router of the base.
@@ -50,17 +49,21 @@ class FleetKeys {
     std::filesystem::remove(list);
     std::filesystem::create_directory(list);
   }
-  void rotate() { EXPECT_TRUE(authority_.rotate(seconds()).ok()); }
+  void rotate() { require(authority_.rotate(seconds())); }
   void finish_rotation(bool force = false) {
-    EXPECT_TRUE(authority_.finish_rotation(force, seconds()).ok());
+    require(authority_.finish_rotation(force, seconds()));
   }
-  void revoke(const std::string& name) { EXPECT_TRUE(authority_.revoke(name, seconds()).ok()); }
+  void revoke(const std::string& name) { require(authority_.revoke(name, seconds())); }
 
  private:
+  template <typename Done>
+  static void require(const Done& done) {
+    if (!done) throw std::runtime_error(done.error().message());
+  }
   std::string join(const security::Identity& who) {
     const std::string& name = who.name;
     const security::KeyFolder keys((folder_.path() / name).string());
-    EXPECT_TRUE(authority_.issue_to(keys, who, {}, seconds()).ok());
+    require(authority_.issue_to(keys, who, {}, seconds()));
     return setting(name);
   }
   [[nodiscard]] std::string setting(const std::string& name) const {
