@@ -301,6 +301,7 @@ async function views() {
     row(`heap after ${rounds} rounds`, await heap(session), 'MB');
   }
   await page.goto(`${host.address}/#/fleet`);
+  swarm.forgetWhoIsGone();
   await eventually(() => swarm.listeners === 0, 'nobody listens any more').catch(() => {});
   row('rounds', rounds, '');
   row('heap at the beginning', begin, 'MB');

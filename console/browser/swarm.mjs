@@ -4,7 +4,7 @@ import { connect } from 'node:net';
 
 const headerSize = 16;
 const journalMax = 1000;
-const types = { ok: 0, error: -1, enabled: -4, disabled: -5, data: -6, contData: -7 };
+const types = { ok: 0, error: -1, notAvailable: -3, enabled: -4, disabled: -5, data: -6, contData: -7 };
 const commands = { on: 1, off: 2, getStatus: 3, getData: 4, getContData: 6, stopContData: 7 };
 const register = 11;
 const lifesign = 17;
@@ -115,12 +115,21 @@ export class Swarm {
       case commands.stopContData:
         component.listeners.delete(word(0));
         return reply(types.ok);
+      case types.notAvailable:
+        component.listeners.delete(src);
+        return;
       default:
         if (type <= 0) return;
         if (component.answers === undefined) return reply(types.error);
         component.commands.push({ at: Date.now(), type, priority, body: message.subarray(headerSize).toString('hex') });
         return reply(...(component.answers[type] ?? [types.ok]));
     }
+  }
+
+  // A page that has lost its connection takes leave of nobody: routers report that to TCP clients for commands only.
+  forgetWhoIsGone() {
+    for (const [address, { listeners }] of this.components)
+      for (const dest of listeners.keys()) this.send({ type: commands.getStatus, dest, src: address });
   }
 
   get listeners() {

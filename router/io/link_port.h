@@ -101,6 +101,8 @@ class LinkPort final : private link::LinksShell,
   void release();
   // Notifies the other routers that this one exits.
   void end(Time now);
+  // The others are asked to wait for the next router.
+  void announce_pause(Time now) { links_.announce_pause(now); }
   void stop();
 
   // As Links::restore(). Meanwhile datagrams wait in the socket.

@@ -81,6 +81,8 @@ std::optional<Frame> get_frame(ByteReader& in, std::span<std::byte> all) {
       return CloseFrame{in.get<std::uint8_t>()};
     case FrameType::kNotReady:
       return NotReadyFrame{in.get<std::uint16_t>()};
+    case FrameType::kPause:
+      return PauseFrame{in.get<std::uint16_t>()};
   }
   return std::nullopt;
 }
@@ -141,6 +143,8 @@ void put(ByteWriter& out, const SkipFrame& frame) {
 void put(ByteWriter& out, const NotReadyFrame& frame) {
   out.put(FrameType::kNotReady, frame.lanes);
 }
+
+void put(ByteWriter& out, const PauseFrame& frame) { out.put(FrameType::kPause, frame.longest_ms); }
 
 void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce) { out.put(type, nonce); }
 

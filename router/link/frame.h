@@ -54,6 +54,7 @@ enum class FrameType : std::uint8_t {
   kResponse = 8,
   kClose = 9,
   kNotReady = 10,
+  kPause = 11,
 };
 
 // Sent at a steady pace by both sides, each echoing the other's last one: round trip and clock
@@ -129,9 +130,13 @@ struct NotReadyFrame {
   std::uint16_t lanes = 0;  // one bit per lane
 };
 inline constexpr std::size_t kNotReadySize = 3;
+// The sender is being restarted: it may be silent for so long, and continues the session then.
+struct PauseFrame {
+  std::uint16_t longest_ms = 0;
+};
 
 using Frame = std::variant<KeepAlive, Ack, StreamFrame, SkipFrame, SampleFrame, ProbeFrame,
-                           ChallengeFrame, ResponseFrame, CloseFrame, NotReadyFrame>;
+                           ChallengeFrame, ResponseFrame, CloseFrame, NotReadyFrame, PauseFrame>;
 
 // Iterates over the frames of a datagram. When next() returns nothing, ok() distinguishes the end
 // from an invalid frame.
@@ -153,6 +158,7 @@ void put(ByteWriter& out, const KeepAlive& frame);
 void put(ByteWriter& out, const Ack& frame);
 void put(ByteWriter& out, const SkipFrame& frame);
 void put(ByteWriter& out, const NotReadyFrame& frame);
+void put(ByteWriter& out, const PauseFrame& frame);
 void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce);
 void put_close(ByteWriter& out, std::uint8_t reason);
 // The headers only: the bytes follow.
@@ -216,6 +222,7 @@ class ArrivalObserver : public core::Interface {
   virtual void on_frame(Time now, const ChallengeFrame& frame) = 0;
   virtual void on_frame(Time now, const ResponseFrame& frame) = 0;
   virtual void on_frame(Time now, const CloseFrame& frame) = 0;
+  virtual void on_frame(Time now, const PauseFrame& frame) = 0;
 };
 
 // Receives messages that were accepted and will not arrive.

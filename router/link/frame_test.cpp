@@ -33,6 +33,7 @@ TEST(Frame, AllKindsReadBack) {
   put_header(out, SampleFrame{.hops = 1, .number = 2, .total = 30, .offset = 26}, 4);
   out.reserve(4);
   put_close(out, 8);
+  put(out, PauseFrame{5000});
   put(out, NotReadyFrame{0x101});
   FrameReader reader(out.written());
   const auto keep_alive = std::get<KeepAlive>(*reader.next());
@@ -45,6 +46,7 @@ TEST(Frame, AllKindsReadBack) {
   EXPECT_EQ(std::get<StreamFrame>(*reader.next()).offset, 1000U);
   EXPECT_EQ(std::get<SampleFrame>(*reader.next()).bytes.size(), 4U);
   EXPECT_EQ(std::get<CloseFrame>(*reader.next()).reason, 8);
+  EXPECT_EQ(std::get<PauseFrame>(*reader.next()).longest_ms, 5000);
   EXPECT_EQ(std::get<NotReadyFrame>(*reader.next()).lanes, 0x101);
   EXPECT_FALSE(reader.next().has_value());
   EXPECT_TRUE(reader.ok());

@@ -28,6 +28,7 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
   void on_frame(Time, const ChallengeFrame&) override {}
   void on_frame(Time, const ResponseFrame&) override {}
   void on_frame(Time, const CloseFrame&) override {}
+  void on_frame(Time, const PauseFrame&) override {}
   void on_lost(Time, const Header& header, core::Outcome why) override {
     lost.push_back(header.seq_nr);
     last_loss = why;
@@ -381,6 +382,7 @@ struct Peer : ArrivalObserver {
   void on_frame(Time, const ChallengeFrame&) override {}
   void on_frame(Time, const ResponseFrame&) override {}
   void on_frame(Time, const CloseFrame&) override {}
+  void on_frame(Time, const PauseFrame&) override {}
 
   std::vector<MessageBuffer>& done;
   Reassembly reassembly;

@@ -21,6 +21,9 @@ constexpr Duration kAskAgainMax = std::chrono::seconds(1);
 constexpr Duration kKeysMax = std::chrono::hours(1);
 // How long a router whose certificate comes from a former root may take to show another one.
 constexpr Duration kProofTime = std::chrono::seconds(10);
+// How long a router that is restarted may be silent. If it does not come back, so much later others
+// know.
+constexpr Duration kPauseMax = std::chrono::seconds(5);
 // How long an accepting side keeps sending keep-alives to a silent router.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
 // When it then removes the link.
@@ -293,6 +296,7 @@ void Link::go_down(Time now, core::CloseReason reason, State state) {
   advertiser_.end();
   context_.end_lists(now, slot_);
   session_.set_open(false);
+  patient_until_ = {};
   enter(now, state);
   router_.disconnect(now, client, reason);
   if (state == State::kSilent && settings_.connects) begin_connecting(now, first);
@@ -442,6 +446,10 @@ void Link::on_frame(Time now, const CloseFrame& frame) {
           State::kSilent);
 }
 
+void Link::on_frame(Time now, const PauseFrame& frame) {
+  patient_until_ = now + std::min(Duration(std::chrono::milliseconds(frame.longest_ms)), kPauseMax);
+}
+
 void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& message) {
   message.hops = prefix.hops;
   message.waited = prefix.waited;
@@ -542,8 +550,8 @@ Time Link::next_timeout(Time now) {
   if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up())
-    next = std::min({next, last_received_ + dead_after(), std::max(next_handshake_, ask_from_),
-                     proves_until_, paths_.next_timeout(session_.rtt().smoothed())});
+    next = std::min({next, dead_at(), std::max(next_handshake_, ask_from_), proves_until_,
+                     paths_.next_timeout(session_.rtt().smoothed())});
   return std::min(next, gone_at());
 }
 
@@ -555,8 +563,7 @@ Time Link::gone_at() const {
 }
 
 void Link::on_timeout(Time now) {
-  if (is_up() && now >= last_received_ + dead_after())
-    go_down(now, core::CloseReason::kSilent, State::kSilent);
+  if (is_up() && now >= dead_at()) go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (is_up() && now >= proves_until_) expel(now, core::CloseReason::kOldRoot);
   if (is_up()) watch_paths(now);
   // Repeated until it succeeds.
@@ -597,11 +604,19 @@ void Link::start_anew(Time now) {
 
 // --- for the next router
 
+void Link::announce_pause(Time now) {
+  if (!is_up()) return;
+  constexpr PauseFrame kPause{.longest_ms = kPauseMax / std::chrono::milliseconds(1)};
+  std::array<std::byte, 64> bytes{};
+  context_.send(address(),
+                std::span(bytes).first(session_.build_pause(now, their_token_, kPause, bytes)));
+}
+
 bool Link::save(StateWriter& to, std::uint32_t table_number) const {
   if (their_token_ == 0 || state_ == State::kDown || ended_) return false;
   to.put(settings_.secure, called_, is_up(), our_token_, their_token_, known_token_);
-  to.put(keep_alive_.count(), their_keep_alive_.count(), codecs_,
-         session_.keys().next_generation());
+  to.put(keep_alive_.count(), their_keep_alive_.count(), codecs_, session_.keys().next_generation(),
+         patient_until_);
   to.put_identity(peer_);
   to.put_address(address());
   if (settings_.secure) {
@@ -624,6 +639,7 @@ bool Link::restore(Time now, StateReader& from) {
   their_keep_alive_ = Duration(from.get<std::int64_t>());
   from.get(codecs_);
   const auto generation = static_cast<std::uint8_t>(from.get<std::uint8_t>() - 1);
+  patient_until_ = std::min(Time(Duration(from.get<std::int64_t>())), now + kPauseMax);
   NetAddress address;
   const auto sane = [](Duration interval) {
     return interval > Duration::zero() && interval < std::chrono::hours(1);

@@ -150,8 +150,13 @@ class Link final : private ArrivalObserver, private LossObserver {
   void start_anew(Time now);
   void configure(Time now, const LinkSettings& settings);
 
-  // --- for the next router (handover.h). `table_number`: of the router's exported table, as the
-  // others know it. False: there is no session, and nothing was written.
+  // --- for the next router (handover.h)
+
+  // A restart may take longer than the silence after which the other side believes a link to be
+  // down: it is asked for patience.
+  void announce_pause(Time now);
+  // `table_number`: of the router's exported table, as the others know it. False: there is no
+  // session, and nothing was written.
   bool save(StateWriter& to, std::uint32_t table_number) const;
   // Precondition: there is no session, and the settings are those that the state is for. False: no
   // such state, or no memory for it: the link begins anew. A sealed link that is up waits for new
@@ -213,9 +218,13 @@ class Link final : private ArrivalObserver, private LossObserver {
   void on_frame(Time now, const ChallengeFrame& frame) override;
   void on_frame(Time now, const ResponseFrame& frame) override;
   void on_frame(Time now, const CloseFrame& frame) override;
+  void on_frame(Time now, const PauseFrame& frame) override;
   // LossObserver
   void on_lost(Time now, const Header& header, core::Outcome why) override;
 
+  [[nodiscard]] Time dead_at() const {
+    return std::max(last_received_ + dead_after(), patient_until_);
+  }
   // The same router, running since then.
   [[nodiscard]] bool is_peer(const Identity& identity) const {
     return is_to(identity) && peer_.epoch == identity.epoch && peer_.role == identity.role;
@@ -285,6 +294,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   Time proves_until_ = kNever;
   Time next_keep_alive_ = kNever;
   Time last_received_{};
+  Time patient_until_{};   // the other router is being restarted
   Duration keep_alive_{};  // the interval announced to the other side
   Duration their_keep_alive_{};
   std::uint64_t last_sent_ns_ = 0;  // from their last keep-alive

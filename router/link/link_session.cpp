@@ -324,6 +324,8 @@ LinkSession::Verdict LinkSession::on_frames(Time now, const Data& data, bool& el
       arrivals_.on_frame(now, *response);
     } else if (const auto* close = std::get_if<CloseFrame>(&*frame)) {
       arrivals_.on_frame(now, *close);
+    } else if (const auto* pause = std::get_if<PauseFrame>(&*frame)) {
+      arrivals_.on_frame(now, *pause);
     } else if (const auto* not_ready = std::get_if<NotReadyFrame>(&*frame)) {
       on_not_ready(now, not_ready->lanes);
     } else {
@@ -710,6 +712,13 @@ std::size_t LinkSession::build_close(Time now, std::uint64_t token, std::uint8_t
                                      std::span<std::byte> out) {
   Packet packet = packet_in(out);
   put_close(packet.out, reason);
+  return finish(now, token, packet);
+}
+
+std::size_t LinkSession::build_pause(Time now, std::uint64_t token, const PauseFrame& pause,
+                                     std::span<std::byte> out) {
+  Packet packet = packet_in(out);
+  put(packet.out, pause);
   return finish(now, token, packet);
 }
 

@@ -77,6 +77,8 @@ class LinkSession final : private PacketObserver {
                           std::span<std::byte> out);
   std::size_t build_close(Time now, std::uint64_t token, std::uint8_t reason,
                           std::span<std::byte> out);
+  std::size_t build_pause(Time now, std::uint64_t token, const PauseFrame& pause,
+                          std::span<std::byte> out);
 
   // --- receiving
   enum class Verdict : std::uint8_t { kTaken, kBroken };

@@ -17,6 +17,7 @@ struct Nobody : ArrivalObserver, LossObserver {
   void on_frame(Time, const ChallengeFrame&) override {}
   void on_frame(Time, const ResponseFrame&) override {}
   void on_frame(Time, const CloseFrame&) override {}
+  void on_frame(Time, const PauseFrame&) override {}
   void on_lost(Time, const Header&, core::Outcome) override {}
 };
 

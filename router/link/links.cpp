@@ -514,6 +514,10 @@ void Links::end(Time now) {
 
 // --- for the next router
 
+void Links::announce_pause(Time now) {
+  for_each_link([&](Link& link) { link.announce_pause(now); });
+}
+
 // One that is restarted again before its programs are back has told the others nothing: for them,
 // its table is still that of the former router, and the next one waits for the same programs.
 std::vector<std::byte> Links::save(Time now) const {

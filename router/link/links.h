@@ -122,7 +122,10 @@ class Links final : public core::Port,
   // Called before the router exits: sends CLOSE on all links; no link comes up afterwards.
   void end(Time now);
 
-  // For the next router, instead of end(): nothing may be passed to this one afterwards.
+  // For the next router, instead of end(): the others wait longer for it than for one that is
+  // silent unexpectedly,
+  void announce_pause(Time now);
+  // and nothing may be passed to this one after save().
   [[nodiscard]] std::vector<std::byte> save(Time now) const;
   // What the former router has left, after configure(): returns the number of links that go on.
   // Nothing is received or sent until the programs that had mailboxes are back, for kReturnTime at

@@ -22,6 +22,7 @@ struct SamplesTest : testing::Test, ArrivalObserver, LossObserver {
   void on_frame(Time, const ChallengeFrame&) override {}
   void on_frame(Time, const ResponseFrame&) override {}
   void on_frame(Time, const CloseFrame&) override {}
+  void on_frame(Time, const PauseFrame&) override {}
   void on_lost(Time, const Header& header, core::Outcome) override {
     lost.push_back(header.seq_nr);
   }

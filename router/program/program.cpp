@@ -336,6 +336,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     log_.info("stopping for a restart");
     hands_over_ = true;
     router_.stop_accepting();
+    links_.announce_pause(now);
     drain_deadline_ = now + kShortDrainTime;
     loop_.end_turn(now);
   }

@@ -84,6 +84,7 @@ void Node::start(Time now) {
 }
 
 std::vector<std::byte> Node::hand_over(Time now) {
+  running_->links.announce_pause(now);
   end_turn(now);
   std::vector<std::byte> state = running_->links.save(now);
   kill();

@@ -211,12 +211,34 @@ TEST(Upgrade, WhoDoesNotComeBackIsWithdrawn) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-// Longer than the others believe the link to be up.
+// On a busy machine: longer than the silence after which a link is believed to be down.
+TEST(Upgrade, ASlowRestartIsNotNoticedEither) {
+  for (const bool sealed : {false, true}) {
+    Restart s(sealed);
+    const std::size_t before = s.downs();
+    s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kCamera, .src = kLadar});
+    s.restart(*s.robot, 4500ms);
+    EXPECT_TRUE(s.run_until([&] { return s.gui_reaches_camera(); }, 1s));
+    EXPECT_EQ(s.host->arrivals(s.camera).size(), 2U);
+    EXPECT_EQ(s.downs(), before) << "a link or a mailbox was withdrawn";
+  }
+}
+
+// A router that is silent for no reason, after its restart as before it.
+TEST(Upgrade, PatienceEnds) {
+  Restart s(false);
+  s.restart(*s.robot);
+  s.run_for(5s);
+  s.robot->kill();
+  EXPECT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kLadar); }, 1s));
+}
+
+// Longer than the others wait for it.
 TEST(Upgrade, AfterALongPauseTheSessionsGoOnToo) {
   for (const bool sealed : {false, true}) {
     Restart s(sealed);
     s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kCamera, .src = kLadar});
-    s.restart(*s.robot, 4s);
+    s.restart(*s.robot, 9s);
     EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 3s));
     EXPECT_TRUE(s.gui_reaches_camera());
     EXPECT_EQ(s.host->arrivals(s.camera).size(), 2U);
