@@ -141,13 +141,13 @@ test('it drives by touch, on a phone', async () => {
 });
 
 test('it stands when the browser is killed', async () => {
-  const [program, other] = await launchServer();
+  const [kill, other] = await launchServer();
   const watched = await Watched.open(other, host, `#/drive/${sim}`);
   await watched.page.getByRole('button', { name: `Drive with Pilot(${sim}/0)` }).click();
   await watched.page.getByRole('button', { name: 'Release' }).waitFor();
   await watched.page.keyboard.down('ArrowUp');
   await drives();
-  await speed.stopsBy('the browser is killed', () => program.kill('SIGKILL'));
+  await speed.stopsBy('the browser is killed', kill);
 });
 
 test('STOP takes the right to drive and turns the pilots off', async () => {

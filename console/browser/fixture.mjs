@@ -13,7 +13,7 @@ import { chromium } from 'playwright-core';
 const root = fileURLToPath(new URL('../..', import.meta.url));
 export const programs = process.env.TIMS_PROGRAMS ?? join(root, 'build/release/bin');
 const consoleFolder = process.env.TIMS_CONSOLE; // in place of that of the programs' build
-export const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
+export const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium-headless-shell';
 const patience = 30_000; // ms; the machine may be busy
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -240,10 +240,11 @@ export class Host {
   }
 }
 
-// A browser that can be killed: [its process, the browser].
+// A browser that can be killed, with all its processes: [kills it, the browser].
 export async function launchServer() {
   const server = await chromium.launchServer({ executablePath: browserProgram, args: ['--no-sandbox'] });
-  return [server.process(), await chromium.connect(server.wsEndpoint())];
+  const kill = () => process.kill(-server.process().pid, 'SIGKILL'); // the program is a script that starts the browser
+  return [kill, await chromium.connect(server.wsEndpoint())];
 }
 
 export function launch(args = [], program = browserProgram) {
