@@ -155,8 +155,9 @@ test('a command that only reads can be sent', async () => {
 test('pages: what would command is disabled', async () => {
   const watched = await opened('#/fleet');
   const { page } = watched;
-  const bar = await disabledIn(page.locator('header.bar'));
-  assert.deepEqual(bar, ['Stop all robots']);
+  const bar = page.locator('header.bar');
+  await bar.getByRole('button', { name: 'Stop all robots' }).waitFor();
+  assert.deepEqual(await disabledIn(bar), ['Stop all robots']);
   for (const [path, wait, names] of [
     ['#/fleet', 'All off', ['Stop', 'All off']],
     [`#/robot/${system}`, 'All off', ['All off', 'Pilot/0: ']],
