@@ -23,7 +23,7 @@ constexpr Duration kKeysMax = std::chrono::hours(1);
 constexpr Duration kProofTime = std::chrono::seconds(10);
 // How long a router that is restarted may be silent. If it does not come back, so much later others
 // know.
-constexpr Duration kPauseMax = std::chrono::seconds(5);
+constexpr Duration kRestartMax = std::chrono::seconds(5);
 // How long an accepting side keeps sending keep-alives to a silent router.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
 // When it then removes the link.
@@ -447,7 +447,8 @@ void Link::on_frame(Time now, const CloseFrame& frame) {
 }
 
 void Link::on_frame(Time now, const PauseFrame& frame) {
-  patient_until_ = now + std::min(Duration(std::chrono::milliseconds(frame.longest_ms)), kPauseMax);
+  patient_until_ =
+      now + std::min(Duration(std::chrono::milliseconds(frame.longest_ms)), kRestartMax);
 }
 
 void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& message) {
@@ -606,7 +607,7 @@ void Link::start_anew(Time now) {
 
 void Link::announce_pause(Time now) {
   if (!is_up()) return;
-  constexpr PauseFrame kPause{.longest_ms = kPauseMax / std::chrono::milliseconds(1)};
+  constexpr PauseFrame kPause{.longest_ms = kRestartMax / std::chrono::milliseconds(1)};
   std::array<std::byte, 64> bytes{};
   context_.send(address(),
                 std::span(bytes).first(session_.build_pause(now, their_token_, kPause, bytes)));
@@ -639,7 +640,7 @@ bool Link::restore(Time now, StateReader& from) {
   their_keep_alive_ = Duration(from.get<std::int64_t>());
   from.get(codecs_);
   const auto generation = static_cast<std::uint8_t>(from.get<std::uint8_t>() - 1);
-  patient_until_ = std::min(Time(Duration(from.get<std::int64_t>())), now + kPauseMax);
+  patient_until_ = std::min(Time(Duration(from.get<std::int64_t>())), now + kRestartMax);
   NetAddress address;
   const auto sane = [](Duration interval) {
     return interval > Duration::zero() && interval < std::chrono::hours(1);
