@@ -49,7 +49,7 @@ Result<void> Greeting::send(const wire::Record& record, std::span<const int> fil
   return send_packet(socket_, 0, record, files, true);
 }
 
-Result<Answer> Greeting::ask(const wire::Record& record, std::span<const int> files) {
+Result<Answer> Greeting::ask(const wire::Record& record, std::span<const int> files) const {
   if (auto sent = send(record, files); !sent) return sent.error();
   std::vector<std::byte> buffer(wire::kRecordBytesMax);
   if (!readable_before_stop(socket_, stop_))

@@ -33,7 +33,7 @@ class Greeting {
  public:
   Greeting(int socket, int stop) : socket_(socket), stop_(stop) {}
   Result<void> send(const wire::Record& record, std::span<const int> files = {}) const;
-  Result<Answer> ask(const wire::Record& record, std::span<const int> files = {});
+  Result<Answer> ask(const wire::Record& record, std::span<const int> files = {}) const;
 
  private:
   int socket_;

@@ -133,7 +133,6 @@ LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
                    const link::LinksSetup& setup, const std::string& keys, OnList on_list)
     : loop_(loop),
       log_(log),
-      router_(router),
       on_list_(std::move(on_list)),
       handshaker_(keys.empty() ? nullptr : make_handshaker()),
       list_keeper_(keys.empty() ? nullptr : make_list_keeper(keys)),

@@ -167,7 +167,6 @@ class LinkPort final : private link::LinksShell,
 
   Loop& loop_;
   Log& log_;
-  core::Router& router_;
   OnList on_list_;
   std::unique_ptr<TlsHandshaker> handshaker_;  // null: no keys
   std::unique_ptr<ListKeeper> list_keeper_;    // likewise

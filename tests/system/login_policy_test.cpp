@@ -212,7 +212,8 @@ TEST_F(LoginPolicy, RoutersAtTheTcpPort) {
 TEST_F(LoginPolicy, RoutersOverTheirLinks) {
   for (const std::uint16_t system : {std::uint16_t{3}, std::uint16_t{4}}) {
     Session session = linked_robot(system).session("pilot");
-    auto pilot = session.open({.address = Address((system << 24U) | 0x00180000U), .slots = 64});
+    auto pilot =
+        session.open({.address = Address(std::uint32_t{system} << 24U | 0x00180000U), .slots = 64});
     ASSERT_TRUE(pilot.ok()) << pilot.error().message();
     EXPECT_TRUE(eventually([&] { return base_->knows(pilot->address()); }, "they are linked"));
     EXPECT_EQ(answer_to(*pilot, kMove), type::kNotAvailable);
