@@ -43,11 +43,15 @@ bool only_reads(std::int8_t type, std::uint32_t class_id) {
   });
 }
 
+// What cannot be read changes nothing: the answer explains the error.
+Effect effect_of(std::string_view question, const AddressWidths& widths) {
+  const auto read = parse_question(question, widths);
+  const auto* parsed = std::get_if<Question>(&read);
+  return parsed == nullptr ? Effect::kNone : effect(parsed->ask);
+}
+
 Right needed_for_question(std::string_view body, const AddressWidths& widths) {
-  const auto read = parse_question(body, widths);
-  const auto* question = std::get_if<Question>(&read);
-  if (question == nullptr) return Right::kLook;  // the answer explains the error
-  switch (effect(question->ask)) {
+  switch (effect_of(body, widths)) {
     case Effect::kChanges:
       return Right::kConfigure;
     case Effect::kDrives:
@@ -106,10 +110,7 @@ Right needed_for(const SentMessage& sent, const AddressWidths& widths) {
 policy::Right asked_of(const SentMessage& question, const AddressWidths& widths) {
   using To = policy::Right;
   if (question.to_agent) return is_agent_reading(question.body) ? To::kLook : To::kChange;
-  const auto read = parse_question(question.body, widths);
-  const auto* asked = std::get_if<Question>(&read);
-  if (asked == nullptr) return To::kLook;
-  switch (effect(asked->ask)) {
+  switch (effect_of(question.body, widths)) {
     case Effect::kChanges:
       return To::kChange;
     case Effect::kLogin:

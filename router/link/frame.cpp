@@ -144,11 +144,11 @@ void put(ByteWriter& out, const NotReadyFrame& frame) {
   out.put(FrameType::kNotReady, frame.lanes);
 }
 
+void put(ByteWriter& out, const CloseFrame& frame) { out.put(FrameType::kClose, frame.reason); }
+
 void put(ByteWriter& out, const PauseFrame& frame) { out.put(FrameType::kPause, frame.longest_ms); }
 
 void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce) { out.put(type, nonce); }
-
-void put_close(ByteWriter& out, std::uint8_t reason) { out.put(FrameType::kClose, reason); }
 
 void put_header(ByteWriter& out, std::uint8_t lane, std::uint64_t offset, std::size_t size) {
   out.put(FrameType::kStream, lane, static_cast<std::uint16_t>(size), offset);

@@ -135,6 +135,9 @@ struct PauseFrame {
   std::uint16_t longest_ms = 0;
 };
 
+// What a router says before it is silent.
+using LastFrame = std::variant<CloseFrame, PauseFrame>;
+
 using Frame = std::variant<KeepAlive, Ack, StreamFrame, SkipFrame, SampleFrame, ProbeFrame,
                            ChallengeFrame, ResponseFrame, CloseFrame, NotReadyFrame, PauseFrame>;
 
@@ -158,9 +161,9 @@ void put(ByteWriter& out, const KeepAlive& frame);
 void put(ByteWriter& out, const Ack& frame);
 void put(ByteWriter& out, const SkipFrame& frame);
 void put(ByteWriter& out, const NotReadyFrame& frame);
+void put(ByteWriter& out, const CloseFrame& frame);
 void put(ByteWriter& out, const PauseFrame& frame);
 void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce);
-void put_close(ByteWriter& out, std::uint8_t reason);
 // The headers only: the bytes follow.
 void put_header(ByteWriter& out, std::uint8_t lane, std::uint64_t offset, std::size_t size);
 void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size);

@@ -32,7 +32,7 @@ TEST(Frame, AllKindsReadBack) {
   out.reserve(4);
   put_header(out, SampleFrame{.hops = 1, .number = 2, .total = 30, .offset = 26}, 4);
   out.reserve(4);
-  put_close(out, 8);
+  put(out, CloseFrame{8});
   put(out, PauseFrame{5000});
   put(out, NotReadyFrame{0x101});
   FrameReader reader(out.written());

@@ -580,11 +580,15 @@ void Link::on_timeout(Time now) {
 
 // --- manual control
 
-void Link::send_close(Time now, core::CloseReason reason) {
+void Link::send_last(Time now, const LastFrame& frame) {
   if (!is_up()) return;
   std::array<std::byte, 64> bytes{};
-  context_.send(address(), std::span(bytes).first(session_.build_close(
-                               now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
+  context_.send(address(),
+                std::span(bytes).first(session_.build_last(now, their_token_, frame, bytes)));
+}
+
+void Link::send_close(Time now, core::CloseReason reason) {
+  send_last(now, CloseFrame{static_cast<std::uint8_t>(reason)});
 }
 
 void Link::take_down(Time now, State state, core::CloseReason reason) {
@@ -606,11 +610,7 @@ void Link::start_anew(Time now) {
 // --- for the next router
 
 void Link::announce_pause(Time now) {
-  if (!is_up()) return;
-  constexpr PauseFrame kPause{.longest_ms = kRestartMax / std::chrono::milliseconds(1)};
-  std::array<std::byte, 64> bytes{};
-  context_.send(address(),
-                std::span(bytes).first(session_.build_pause(now, their_token_, kPause, bytes)));
+  send_last(now, PauseFrame{.longest_ms = kRestartMax / std::chrono::milliseconds(1)});
 }
 
 bool Link::save(StateWriter& to, std::uint32_t table_number) const {

@@ -230,7 +230,8 @@ class Link final : private ArrivalObserver, private LossObserver {
     return is_to(identity) && peer_.epoch == identity.epoch && peer_.role == identity.role;
   }
   void enter(Time now, State state);
-  // Sends CLOSE with the reason to the other side.
+  void send_last(Time now, const LastFrame& frame);
+  // CLOSE with the reason.
   void send_close(Time now, core::CloseReason reason);
   void begin_connecting(Time now, Time first);
   void send_hello(Time now);

@@ -708,17 +708,10 @@ std::size_t LinkSession::build_nonce(Time now, std::uint64_t token, FrameType ty
   return size;
 }
 
-std::size_t LinkSession::build_close(Time now, std::uint64_t token, std::uint8_t reason,
-                                     std::span<std::byte> out) {
+std::size_t LinkSession::build_last(Time now, std::uint64_t token, const LastFrame& frame,
+                                    std::span<std::byte> out) {
   Packet packet = packet_in(out);
-  put_close(packet.out, reason);
-  return finish(now, token, packet);
-}
-
-std::size_t LinkSession::build_pause(Time now, std::uint64_t token, const PauseFrame& pause,
-                                     std::span<std::byte> out) {
-  Packet packet = packet_in(out);
-  put(packet.out, pause);
+  std::visit([&](const auto& last) { put(packet.out, last); }, frame);
   return finish(now, token, packet);
 }
 

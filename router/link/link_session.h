@@ -75,10 +75,8 @@ class LinkSession final : private PacketObserver {
   // A packet containing only this frame, for the given address.
   std::size_t build_nonce(Time now, std::uint64_t token, FrameType type, std::uint64_t nonce,
                           std::span<std::byte> out);
-  std::size_t build_close(Time now, std::uint64_t token, std::uint8_t reason,
-                          std::span<std::byte> out);
-  std::size_t build_pause(Time now, std::uint64_t token, const PauseFrame& pause,
-                          std::span<std::byte> out);
+  std::size_t build_last(Time now, std::uint64_t token, const LastFrame& frame,
+                         std::span<std::byte> out);
 
   // --- receiving
   enum class Verdict : std::uint8_t { kTaken, kBroken };

@@ -264,8 +264,8 @@ bool Node::offer(const link::Burst& burst) {
 
 void Node::on_datagram(Time now, const NetAddress& from, std::vector<std::byte>& bytes) {
   const bool waits = alive() ? running_->links.holds_back() : keeps_socket_;
-  if (waits) return in_socket_.emplace_back(from, std::move(bytes)), void();
-  if (!alive()) return;
+  if (waits) in_socket_.emplace_back(from, std::move(bytes));
+  if (waits || !alive()) return;
   running_->links.on_datagram(now, from, bytes);
   end_turn(now);
 }
