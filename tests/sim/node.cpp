@@ -263,9 +263,11 @@ bool Node::offer(const link::Burst& burst) {
 }
 
 void Node::on_datagram(Time now, const NetAddress& from, std::vector<std::byte>& bytes) {
-  const bool waits = alive() ? running_->links.holds_back() : keeps_socket_;
-  if (waits) in_socket_.emplace_back(from, std::move(bytes));
-  if (waits || !alive()) return;
+  if (!alive() && !keeps_socket_) return;
+  if (!alive() || running_->links.holds_back()) {
+    in_socket_.emplace_back(from, std::move(bytes));
+    return;
+  }
   running_->links.on_datagram(now, from, bytes);
   end_turn(now);
 }
