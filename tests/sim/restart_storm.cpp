@@ -1,7 +1,6 @@
 #include "tests/sim/restart_storm.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 
@@ -36,23 +35,7 @@ NodeSetup storm_node(const char* name, core::Role role, std::uint16_t system, st
 }  // namespace
 
 RestartStorm::RestartStorm(std::uint64_t seed, bool verbose)
-    : seed_(seed), verbose_(verbose), network_(seed * 0x9E3779B97F4A7C15U + 4711) {}
-
-void RestartStorm::fail(const std::string& what) {
-  if (failures_.size() < 10) failures_.push_back(what);
-  print("WRONG: " + what);
-}
-
-void RestartStorm::print(const std::string& what) {
-  if (!verbose_) return;
-  std::printf("%10.4f  %s\n", std::chrono::duration<double>(now().time_since_epoch()).count() - 100,
-              what.c_str());
-}
-
-Duration RestartStorm::between(Duration least, Duration most) {
-  return least + Duration(static_cast<std::int64_t>(
-                     network_.random(static_cast<std::uint64_t>((most - least).count() + 1))));
-}
+    : seed_(seed), network_(seed * 0x9E3779B97F4A7C15U + 4711), findings_(network_, verbose) {}
 
 std::vector<std::string> RestartStorm::run() {
   try {
@@ -69,7 +52,7 @@ std::vector<std::string> RestartStorm::run() {
   } catch (const std::exception& e) {
     fail(e.what());
   }
-  return failures_;
+  return findings_.failures();
 }
 
 // --- the network

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/sim/findings.h"
 #include "tests/sim/simulated_network.h"
 
 namespace tims::sim {
@@ -55,19 +56,18 @@ class RestartStorm {
   void check_links();
   void check_messages();
 
-  void fail(const std::string& what);
-  void print(const std::string& what);
+  void fail(const std::string& what) { findings_.fail(what); }
+  void print(const std::string& what) const { findings_.print(what); }
   [[nodiscard]] Time now() const { return network_.now(); }
-  Duration between(Duration least, Duration most);
+  Duration between(Duration least, Duration most) { return least + network_.random(most - least); }
 
   const std::uint64_t seed_;
-  const bool verbose_;
   SimulatedNetwork network_;
+  Findings findings_;
   bool loses_ = false;  // datagrams
   Duration pause_{};    // between two restarts of a router, about
   std::vector<Host> hosts_;
   std::vector<Flow> flows_;
-  std::vector<std::string> failures_;
   Time storm_until_{};
   std::size_t restarts_ = 0;
   std::uint64_t ticks_ = 0;

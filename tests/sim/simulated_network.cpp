@@ -105,6 +105,11 @@ Node& SimulatedNetwork::node(const std::string& name) {
 
 std::uint64_t SimulatedNetwork::random() { return next_random(random_); }
 
+Duration SimulatedNetwork::random(Duration below) {
+  const auto count = static_cast<std::uint64_t>(std::max<std::int64_t>(below.count(), 1));
+  return Duration(static_cast<std::int64_t>(random(count)));
+}
+
 void SimulatedNetwork::at(Time when, std::function<void()> action) {
   events_.push({.at = when, .order = ++order_, .action = std::move(action)});
 }

@@ -221,6 +221,7 @@ class SimulatedNetwork {
 
   std::uint64_t random();
   std::uint64_t random(std::uint64_t below) { return random() % below; }
+  Duration random(Duration below);  // 0 if that is not above 0
   double chance() { return core::next_share(random_); }
 
   // Called by nodes: sends a burst.

@@ -24,26 +24,10 @@ constexpr Duration kSlowDrain = 60s;
 
 Swarm::Swarm(std::uint64_t seed, bool verbose)
     : seed_(seed),
-      verbose_(verbose),
       network_(seed * 0x9E3779B97F4A7C15U + 12345),
+      findings_(network_, verbose),
       ledger_([this](const std::string& what) { fail(what); }) {
   if (seed % 3 == 0) network_.seal_all();
-}
-
-void Swarm::fail(const std::string& what) {
-  if (failures_.size() < 20) failures_.push_back(what);
-  print("WRONG: " + what);
-}
-
-void Swarm::print(const std::string& what) {
-  if (!verbose_) return;
-  std::printf("%10.4f  %s\n", std::chrono::duration<double>(now().time_since_epoch()).count() - 100,
-              what.c_str());
-}
-
-Duration Swarm::within(Duration span) {
-  return Duration(static_cast<std::int64_t>(
-      network_.random(static_cast<std::uint64_t>(std::max<std::int64_t>(span.count(), 1)))));
 }
 
 std::vector<std::string> Swarm::run() {
@@ -74,14 +58,14 @@ std::vector<std::string> Swarm::run() {
     fail(e.what());
   }
   totals_.datagrams = network_.datagrams();
-  return failures_;
+  return findings_.failures();
 }
 
 // --- the tree
 
 void Swarm::build() {
   plan_ = make_plan(network_);
-  if (verbose_)
+  if (findings_.is_verbose())
     std::printf("seed %lu\n%s", static_cast<unsigned long>(seed_), plan_.to_string().c_str());
   ledger_.keeps_order = plan_.has_single_routes;
   crashed_.assign(plan_.nodes.size(), false);
@@ -297,7 +281,7 @@ void Swarm::send(Client& from, Address src, Client& to, Address dest, Header hea
   header = ledger_.entries()[number].header;
   const core::Outcome outcome = node(from.node).send(now(), from.id, header, body);
   ledger_.set_outcome(number, outcome);
-  if (verbose_) print("send " + Ledger::describe(ledger_.entries()[number]));
+  if (findings_.is_verbose()) print("send " + Ledger::describe(ledger_.entries()[number]));
 }
 
 }  // namespace tims::sim

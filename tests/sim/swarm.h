@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/sim/findings.h"
 #include "tests/sim/ledger.h"
 #include "tests/sim/simulated_network.h"
 #include "tests/sim/swarm_plan.h"
@@ -67,20 +68,19 @@ class Swarm {
   void check_memory();
   void check_events();
 
-  void fail(const std::string& what);
-  void print(const std::string& what);
+  void fail(const std::string& what) { findings_.fail(what); }
+  void print(const std::string& what) const { findings_.print(what); }
   [[nodiscard]] Time now() const { return network_.now(); }
   [[nodiscard]] Node& node(std::size_t i) { return *network_.nodes()[i]; }
-  Duration within(Duration span);
+  Duration within(Duration span) { return network_.random(span); }
 
   const std::uint64_t seed_;
-  const bool verbose_;
   SimulatedNetwork network_;
+  Findings findings_;
   Plan plan_;
   std::vector<Client> clients_;
   Ledger ledger_;
   std::vector<bool> crashed_;
-  std::vector<std::string> failures_;
   SwarmTotals totals_;
   std::size_t moves_ = 0;
   bool healed_ = false;

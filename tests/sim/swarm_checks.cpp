@@ -166,7 +166,7 @@ void Swarm::check_memory() {
   for (const auto& one : network_.nodes()) {
     if (one->memory_in_use() != 0)
       fail(one->setup().name + " still holds " + std::to_string(one->memory_in_use()) + " bytes");
-    if (verbose_) print(one->setup().name + " " + std::to_string(one->events.size()) + " events");
+    print(one->setup().name + " " + std::to_string(one->events.size()) + " events");
   }
 }
 

@@ -76,7 +76,7 @@ class Host {
   }
   void start_agent() {
     agent_ = started({TIMS_PROGRAMS "/tims-agent", "--folder=" + folder().string(),
-                      "--state=" + (folder_.path() / "state").string()});
+                      "--state=" + (folder_.path() / "state").string(), "--least-window=8s"});
     EXPECT_TRUE(agent_->wait_for_line("answers as"));
   }
   void kill_agent() {
@@ -359,12 +359,36 @@ TEST_F(ConfigurationTest, ARouterIsReloadedOrRestartedAsItsOptionsNeed) {
       << "so that links go on where the service manager keeps them";
 }
 
+TEST_F(ConfigurationTest, AChangeHasTheTimeThatTheHostAllows) {
+  const Ended applied =
+      base_.timsctl({"config", "apply", "base@router.toml:log.level=debug", "--window=7s", "-y"});
+  EXPECT_EQ(applied.code, 1) << applied.out << applied.err;
+  EXPECT_THAT(applied.out + applied.err, HasSubstr("must be from 8 to 600 seconds"));
+}
+
+TEST(AgentProgram, TakesALeastWindowOf3To90Seconds) {
+  for (const auto& [text, is_allowed] : {std::pair("2999ms", false),
+                                         {"3s", true},
+                                         {"90s", true},
+                                         {"90001ms", false},
+                                         {"soon", false}}) {
+    auto agent = ChildProcess::start(
+        {TIMS_PROGRAMS "/tims-agent", std::string("--least-window=") + text, "--no-such-option"});
+    ASSERT_TRUE(agent) << agent.error().message();
+    const auto ended = agent->wait(kPatience);
+    ASSERT_TRUE(ended);
+    EXPECT_EQ(ended->code, 2);
+    EXPECT_THAT(agent->output(), HasSubstr(is_allowed ? "unknown argument" : "must be from 3"))
+        << text;
+  }
+}
+
 TEST_F(ConfigurationTest, AChangeThatCutsItsOwnLinkIsUndoneEverywhere) {
   const std::string base_before = text_of(base_.folder() / "router.toml");
   const std::string robot_before = text_of(robot_.folder() / "router.toml");
   const Ended applied =
       base_.timsctl({"config", "apply", "robot1@router.toml:link[0].to=\"127.0.0.1:9\"",
-                     "base@router.toml:log.level=debug", "--window=30s", "-y"},
+                     "base@router.toml:log.level=debug", "--window=8s", "-y"},
                     kPatience * 6);
   EXPECT_EQ(applied.code, 1) << applied.out << applied.err;
   EXPECT_TRUE(eventually(

@@ -166,8 +166,14 @@ TEST_F(GdosLogTest, AFollowerFirstShowsThePast) {
   auto follower = timsctl({"log", "follow", "-n", "2", "--directory", folder().string()});
   ASSERT_TRUE(follower);
   EXPECT_TRUE(follower->wait_for_line("third"));
-  send_text("fourth");
-  EXPECT_TRUE(follower->wait_for_line("fourth"));
+  // Until the sender has been notified that there is a second reader, it sends to the log without
+  // the router.
+  EXPECT_TRUE(eventually(
+      [&] {
+        send_text("fourth");
+        return follower->standard_output().find("fourth") != std::string::npos;
+      },
+      "a text of now"));
   const std::string shown = follower->standard_output();
   EXPECT_THAT(shown, Not(HasSubstr("first")));
   EXPECT_EQ(shown.find("third"), shown.rfind("third")) << "once";

@@ -208,11 +208,13 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view v) { o.objects = v; }},
     {"why", 0, "TEXT", "the reason of the change, for its history",
      [](Options& o, string_view v) { o.why = v; }},
-    {"window", 0, "DUR", "go back unless confirmed in this time: 30s to 10min (default 90s)",
+    {"window", 0, "DUR",
+     "go back unless confirmed in this time (default 90s); hosts allow 30s to 10min unless their "
+     "tims-agent has a --least-window",
      [](Options& o, string_view v) {
        o.window = duration(v);
-       if (o.window < std::chrono::seconds(30) || o.window > std::chrono::minutes(10))
-         refuse("a time from 30s to 10min", v);
+       if (o.window < std::chrono::seconds(3) || o.window > std::chrono::minutes(10))
+         refuse("a time from 3s to 10min", v);
      }},
     {"generation", 0, "N", "the files of this generation, as in `config history`",
      [](Options& o, string_view v) { o.generation = count(v); }},

@@ -58,19 +58,19 @@ export class ScanPainter {
     const context = this.canvas.getContext('2d', { alpha: false, willReadFrequently: true });
     if (context === null || size.width === 0) return;
     const ratio = devicePixelRatio;
-    const sheet = { context, size, ratio, view: scanView(data, sight, size), colours: mapColours() };
-    this.keepGround(sheet);
+    const surface = { context, size, ratio, view: scanView(data, sight, size), colours: mapColours() };
+    this.keepGround(surface);
     this.buffer.clear();
     if (sight.style !== 'lines') {
-      const colour = colourOf(sheet.colours, data, sight.style, isLadar);
-      addPoints(this.buffer, data, sheet, colour, sight.style === 'far');
+      const colour = colourOf(surface.colours, data, sight.style, isLadar);
+      addPoints(this.buffer, data, surface, colour, sight.style === 'far');
     }
     this.buffer.replace(context);
-    if (sight.style === 'lines') paintLines(data, sheet);
+    if (sight.style === 'lines') paintLines(data, surface);
   }
 
-  private keepGround(sheet: Sheet): void {
-    const { context, size, ratio, view, colours } = sheet;
+  private keepGround(surface: Surface): void {
+    const { context, size, ratio, view, colours } = surface;
     const ground = JSON.stringify([size, ratio, view, colours.ground]);
     if (ground === this.ground) return;
     this.ground = ground;
@@ -81,13 +81,13 @@ export class ScanPainter {
     context.fillStyle = colours.ground;
     context.fillRect(0, 0, width, height); // the size of the view may be no whole number of pixels
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    paintRings(sheet);
-    paintRobot(sheet);
+    paintRings(surface);
+    paintRobot(surface);
     this.buffer.keepGround(context);
   }
 }
 
-interface Sheet {
+interface Surface {
   context: CanvasRenderingContext2D;
   size: Size;
   ratio: number; // device pixels a CSS pixel
@@ -120,7 +120,7 @@ function colourOf(colours: MapColours, { points }: ScanData, style: ScanStyle, i
 function addPoints(
   buffer: PointBuffer,
   data: ScanData,
-  { view, size, ratio }: Sheet,
+  { view, size, ratio }: Surface,
   colour: ColourOf,
   grows: boolean,
 ): void {
@@ -138,7 +138,7 @@ const wholeScale = 0.03; // pixels a mm
 const beamWidth = Math.PI / 360; // rad
 const beamPixelsMax = 40;
 
-function paintLines(data: ScanData, { context, size, view, colours }: Sheet): void {
+function paintLines(data: ScanData, { context, size, view, colours }: Surface): void {
   context.strokeStyle = colours.scan;
   context.lineWidth = 1.5;
   context.beginPath();
@@ -152,7 +152,7 @@ function paintLines(data: ScanData, { context, size, view, colours }: Sheet): vo
   context.stroke();
 }
 
-function paintRobot({ context, size, view, colours }: Sheet): void {
+function paintRobot({ context, size, view, colours }: Surface): void {
   const { x, y } = toScreen(view, size, { x: 0, y: 0 });
   context.fillStyle = colours.robots[0] ?? colours.text;
   context.beginPath();
@@ -162,7 +162,7 @@ function paintRobot({ context, size, view, colours }: Sheet): void {
   context.fill();
 }
 
-function paintRings({ context, size, view, colours }: Sheet): void {
+function paintRings({ context, size, view, colours }: Surface): void {
   const step = gridStep(view.scale, ringPixels);
   const { x, y } = toScreen(view, size, { x: 0, y: 0 });
   context.strokeStyle = colours.grid;
