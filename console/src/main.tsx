@@ -24,12 +24,12 @@ async function takeToken(): Promise<string> {
 }
 
 async function start(at: HTMLElement): Promise<void> {
+  // A link may be opened in this tab, also while it shows the console.
+  addEventListener('hashchange', () => tokenOf(location.hash) !== undefined && location.reload());
   const why = await takeToken();
   if (why === '' && !location.hash.startsWith('#/login/')) await askLogin();
   if (why !== '' || login.value.right === 'none') {
     render(<LoginPage why={why} />, at);
-    // The link may be opened in this tab.
-    addEventListener('hashchange', () => tokenOf(location.hash) !== undefined && location.reload());
     return;
   }
   render(

@@ -1,9 +1,10 @@
 // The frame of all pages: where one is, where one can go, whether the router is there, and STOP.
 
 import type { ComponentType } from 'preact';
-import { useEffect, useErrorBoundary } from 'preact/hooks';
+import { useEffect } from 'preact/hooks';
 import { LayoutMenu } from '../layouts/layout_menu';
 import { FleetPage } from '../pages/fleet_page';
+import { Boundary } from '../ui/boundary';
 import { ConnectionBadge, ConnectionNotice, ExposedNotice } from '../ui/connection';
 import { Icon, type IconName } from '../ui/icons';
 import { LoginBadge } from '../ui/login';
@@ -74,7 +75,9 @@ export function App() {
       <ConnectionNotice />
       <ChangeWatch />
       <main id="content" tabIndex={-1} class={`page-${page}`}>
-        <PageView key={`${page}/${rest[0] ?? ''}`} page={page} />
+        <Boundary key={`${page}/${rest[0] ?? ''}`} what="page">
+          <PageView page={page} />
+        </Boundary>
       </main>
       <Palette pages={pages} />
       <Keys pages={pages.map(({ key, name, title: text }) => ({ key, text, run: () => go(parseRoute(name)) }))} />
@@ -107,19 +110,7 @@ function Navigation({ current }: { current: string }) {
   );
 }
 
-// A view that fails leaves all others alone.
 function PageView({ page }: { page: string }) {
-  const [failure, retry] = useErrorBoundary();
-  if (failure !== undefined)
-    return (
-      <section class="empty" role="alert">
-        <h1>This page has failed</h1>
-        <p>{String(failure?.message ?? failure)}</p>
-        <button type="button" onClick={retry}>
-          Try again
-        </button>
-      </section>
-    );
   const View = viewOf(page);
   if (View !== undefined) return <View />;
   return (

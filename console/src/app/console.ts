@@ -3,6 +3,7 @@
 import { createContext } from 'preact';
 import { useContext } from 'preact/hooks';
 import { className } from '../codec/catalogue';
+import { followPosition } from '../map/follow';
 import { GoalLists } from '../map/goals';
 import { Admin } from '../model/admin';
 import { storedName } from '../model/console_name';
@@ -33,7 +34,7 @@ export function makeConsole(worker: Worker, url: string): Console {
     fleet,
     leases: new Leases(client, admin, storedName()),
     log: new Log(client, fleet),
-    goals: new GoalLists(),
+    goals: new GoalLists(followPosition(client, fleet)),
     seen: new RobotsSeen(localStorage),
   };
 }

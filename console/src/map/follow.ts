@@ -6,8 +6,10 @@ import { classId, decodeData, decodeStruct, valueName } from '../codec/catalogue
 import type { GpsData } from '../codec/messages';
 import type { Elements } from '../codec/views';
 import { command } from '../model/commands';
-import type { Component, Robot } from '../model/fleet';
+import type { Component, Fleet, Robot } from '../model/fleet';
+import type { Client } from '../tims/client';
 import { decodeHeader, headerSize } from '../tims/header';
+import type { FollowPosition } from './goals';
 import { planOf } from './plan';
 import {
   type DetectedObject,
@@ -98,6 +100,21 @@ export function firstOf(robot: Robot, className: string): Component | undefined 
   const id = classId(className);
   const all = robot.components.filter((component) => component.classId === id);
   return all.find(({ state }) => state.value === 'on') ?? all[0];
+}
+
+// The Position of a robot that leads it to its goals: also while nobody looks.
+export function followPosition(client: Client, fleet: Fleet): FollowPosition {
+  return (system, take) => {
+    const robot = fleet.robot(system);
+    const position = robot === undefined ? undefined : firstOf(robot, 'Position');
+    if (position === undefined) return () => {};
+    return client.subscribe(position.address, periods.normal, ({ message }) => {
+      const header = decodeHeader(message);
+      if (header === undefined) return;
+      const data = decodeData(position.classId, message.subarray(headerSize), header.flags);
+      take((data as unknown as PositionData).pos);
+    });
+  };
 }
 
 function takePosition(scene: RobotScene, { pos, var: deviation }: PositionData, now: number): void {

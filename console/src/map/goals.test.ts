@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Goals, readUtmPlaces } from './goals';
+import { GoalLists, Goals, readUtmPlaces } from './goals';
 
 test('a file of the original is read', () => {
   const text = '# course\n32U 550000.25m E 5800000.5m N\n\n32 u 550010 E 5800020 N\r\n';
@@ -49,4 +49,25 @@ test('the next goal counts from the turnover on, and the last one stays', () => 
   goals.step(-1);
   goals.step(-1);
   assert.equal(goals.index.value, 0);
+});
+
+test('a robot with goals before it is followed until it comes to the last one', () => {
+  const followed = new Map<number, (at: { x: number; y: number }) => void>();
+  const lists = new GoalLists((system, take) => {
+    followed.set(system, take);
+    return () => followed.delete(system);
+  });
+  const goals = lists.of(3);
+  assert.equal(lists.of(3), goals);
+  goals.set([{ x: 0, y: 0 }]);
+  assert.equal(followed.size, 0, 'there is no next one');
+  goals.set([
+    { x: 0, y: 0 },
+    { x: 9000, y: 0 },
+  ]);
+  followed.get(3)?.({ x: 5000, y: 0 });
+  assert.equal(goals.index.value, 0);
+  followed.get(3)?.({ x: 1000, y: 0 });
+  assert.equal(goals.index.value, 1);
+  assert.equal(followed.size, 0);
 });

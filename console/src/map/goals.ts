@@ -1,7 +1,7 @@
 // The goals that somebody leads a robot to, one after the other, like the original's PositionNavi: where the next one
 // is, how far it is, and how far it is to the last one.
 
-import { signal } from '@preact/signals';
+import { computed, effect, signal } from '@preact/signals';
 import { headingTo, type Point, type Pose } from './transform';
 
 export interface UtmPlace {
@@ -41,6 +41,8 @@ export class Goals {
   readonly list = signal<Point[]>([]);
   readonly index = signal(0);
   readonly turnover = signal(2000); // mm: from here on the next goal counts
+  // There is one to go on to.
+  readonly isUnderWay = computed(() => this.index.value + 1 < this.list.value.length);
 
   set(list: Point[]): void {
     this.list.value = list;
@@ -72,14 +74,22 @@ export class Goals {
   }
 }
 
-// Of each robot, while the page lives.
+// Says where a robot is until the function that it returns is called.
+export type FollowPosition = (system: number, take: (pose: Point) => void) => () => void;
+
+// Of each robot, while the page lives. As long as there is a goal to go on to, its robot is followed, whatever is shown.
 export class GoalLists {
   private readonly lists = new Map<number, Goals>();
 
+  constructor(private readonly follow: FollowPosition) {}
+
   of(system: number): Goals {
-    const known = this.lists.get(system) ?? new Goals();
-    this.lists.set(system, known);
-    return known;
+    const known = this.lists.get(system);
+    if (known !== undefined) return known;
+    const goals = new Goals();
+    this.lists.set(system, goals);
+    effect(() => (goals.isUnderWay.value ? this.follow(system, (pose) => goals.pass(pose)) : undefined));
+    return goals;
   }
 }
 

@@ -23,6 +23,8 @@ const above = [
 
 class Fixture {
   asked: { question: Question; router: number }[] = [];
+  lists: string[] = []; // that were asked for
+  isSilent = false;
   routers = routers;
   holders: { robot: number; holder: string; age_s: number }[] = [];
   refusal: AdminError | undefined;
@@ -35,8 +37,12 @@ class Fixture {
         if (this.refusal !== undefined) throw this.refusal;
         return {} as Answer;
       },
-      all: async <Item>(question: Question, router = 0) =>
-        (question.ask !== 'routers' ? this.holders : router === 0 ? this.routers : above) as Item[],
+      all: async <Item>(question: Question, router = 0) => {
+        this.lists.push(question.ask);
+        if (question.ask === 'leases' && this.isSilent)
+          throw new AdminError('no_answer', 'the router is not there', '');
+        return (question.ask !== 'routers' ? this.holders : router === 0 ? this.routers : above) as Item[];
+      },
     },
     signal('tablet 2'),
     (action, period) => {
@@ -153,6 +159,23 @@ test('holders are those of the robots that are asked for', async () => {
   const holders = await fixture.leases.holders([3, 5]);
   assert.deepEqual([...holders.keys()], [3]);
   assert.equal(holders.get(3)?.holder, 'desk 1');
+});
+
+test('which router is whose is not asked each time', async () => {
+  const fixture = new Fixture();
+  const asked = () => fixture.lists.filter((list) => list === 'routers').length;
+  for (let i = 0; i < 5; ++i) await fixture.leases.holders([3]);
+  assert.equal(asked(), 1);
+  fixture.isSilent = true;
+  await fixture.leases.holders([3]);
+  await fixture.leases.holders([3]);
+  assert.equal(asked(), 2, 'again when a router did not answer');
+  fixture.isSilent = false;
+  await fixture.leases.holders([3]);
+  assert.equal(asked(), 3);
+  fixture.connection.value = { ...fixture.connection.value, state: 'lost' };
+  await fixture.leases.holders([3]);
+  assert.equal(asked(), 4, 'over another connection');
 });
 
 test('a name is cut to what the router takes', () => {

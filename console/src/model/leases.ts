@@ -25,11 +25,13 @@ interface Held {
 }
 
 const renewPeriod = 1000; // ms; a lease lasts 5 s
+const routersTime = 15_000; // ms that the list of routers is believed where nothing is changed
 
 export class Leases {
   private readonly heldSignal = signal<ReadonlySet<number>>(new Set());
   private held = new Map<number, Held>();
   private stopRenewing: (() => void) | undefined;
+  private known: { routers: Promise<Map<number, number>>; at: number } | undefined;
 
   constructor(
     client: Pick<Client, 'connection'>,
@@ -38,7 +40,9 @@ export class Leases {
     private readonly repeat = repeatedly,
   ) {
     client.connection.subscribe(({ state }) => {
-      if (state !== 'connected') this.endAll('the connection to the router is lost');
+      if (state === 'connected') return;
+      this.known = undefined;
+      this.endAll('the connection to the router is lost');
     });
   }
 
@@ -89,9 +93,10 @@ export class Leases {
     }
   }
 
-  // Of those robots that somebody drives. A router that does not answer knows none.
+  // Of those robots that somebody drives. A router that does not answer knows none. Pages ask this each second or so: which
+  // router is whose, a long list in a large fleet, is asked less often, and again when a router does not answer.
   async holders(robots: number[]): Promise<Map<number, Lease>> {
-    const routers = await this.routers();
+    const routers = await this.knownRouters();
     const wanted = new Set(robots);
     const asked = new Set(robots.map((robot) => routers.get(robot) ?? 0));
     const answers = await Promise.allSettled(
@@ -101,8 +106,21 @@ export class Leases {
         ),
       ),
     );
+    if (answers.some(({ status }) => status === 'rejected')) this.known = undefined;
     const leases = answers.flatMap((answer) => (answer.status === 'fulfilled' ? answer.value : []));
     return new Map(leases.map((lease) => [lease.robot, lease]));
+  }
+
+  private knownRouters(): Promise<Map<number, number>> {
+    const now = performance.now();
+    if (this.known === undefined || now > this.known.at + routersTime) {
+      const known = { routers: this.routers(), at: now };
+      this.known = known;
+      known.routers.catch(() => {
+        if (this.known === known) this.known = undefined;
+      });
+    }
+    return this.known.routers;
   }
 
   // The system routers that the own one and the one above know, by robot; 0: the own.

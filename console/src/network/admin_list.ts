@@ -9,6 +9,8 @@ import { pageVisible } from '../ui/use_stream';
 
 const firstPause = 100; // ms
 
+// With another `key` the former items are shown until the new ones come: a list of another router needs a component of
+// its own.
 export function useAdminList<Item>(
   load: (publish: (part: () => Item[]) => void) => Promise<Item[]>,
   key: string,
@@ -41,9 +43,9 @@ export function useAdminList<Item>(
           isWhole = true;
           items.value = list;
         }
-        trouble.value = '';
+        if (!ended) trouble.value = '';
       } catch (error) {
-        trouble.value = (error as Error).message;
+        if (!ended) trouble.value = (error as Error).message;
       }
       if (!ended) timer = setTimeout(renew, period);
     };

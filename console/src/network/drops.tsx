@@ -6,8 +6,13 @@ import type { OutcomeItem } from './reports';
 
 export function Drops({ router }: { router: number }) {
   const { admin } = useConsole();
-  const { items = [] } = useAdminList(() => admin.all<OutcomeItem>({ ask: 'stats' }, router), `drops ${router}`, 5000);
+  const { items = [], trouble } = useAdminList(
+    () => admin.all<OutcomeItem>({ ask: 'stats' }, router),
+    `drops ${router}`,
+    5000,
+  );
   const dropped = items.filter((item) => item.dropped).sort((a, b) => b.messages - a.messages);
+  if (trouble !== '') return <p class="bad">What it has dropped is not known: {trouble}</p>;
   if (dropped.length === 0) return null;
   return (
     <section>

@@ -7,18 +7,10 @@ import { route, setOption } from '../app/route';
 import { FilterBox } from '../ui/filter_box';
 import { timeText, UtcSwitch } from '../ui/times';
 import { askedRouter, RouterChoice } from './asked_router';
+import { type EventList, FollowedEvents } from './followed_events';
 import type { EventItem } from './reports';
 
 const eventsMax = 500;
-const wait = 5000; // ms
-const backlog = 200;
-
-interface EventList {
-  items?: EventItem[];
-  last: number;
-  lost?: number;
-  epoch: string;
-}
 
 export function Events() {
   const { admin } = useConsole();
@@ -32,15 +24,13 @@ export function Events() {
     let ended = false;
     events.value = [];
     lost.value = 0;
+    const followed = new FollowedEvents((question, time) => admin.ask<EventList>(question, time, router));
     const follow = async () => {
-      let { last, epoch } = await admin.ask<EventList>({ ask: 'events' }, undefined, router);
-      last = Math.max(0, last - backlog);
       while (!ended) {
-        const list = await admin.ask<EventList>({ ask: 'events', since: last, epoch, wait_ms: wait }, 2 * wait, router);
-        ({ last, epoch } = list);
+        const list = await followed.next();
         if (ended) return;
-        lost.value += list.lost ?? 0;
-        events.value = [...(list.items ?? []).reverse(), ...events.value].slice(0, eventsMax);
+        lost.value += list.lost;
+        events.value = [...list.items, ...(list.isAnew ? [] : events.value)].slice(0, eventsMax);
         trouble.value = '';
       }
     };

@@ -22,7 +22,7 @@ export function Links() {
         <RouterChoice />
       </div>
       <LinkList key={router} router={router} />
-      <Drops router={router} />
+      <Drops key={`drops ${router}`} router={router} />
     </>
   );
 }

@@ -11,8 +11,12 @@ import type { MailboxItem } from './reports';
 const rowsMax = 500;
 
 export function Mailboxes() {
-  const { admin } = useConsole();
   const router = askedRouter();
+  return <MailboxList key={router} router={router} />;
+}
+
+function MailboxList({ router }: { router: number }) {
+  const { admin } = useConsole();
   const filter = route.value.options.get('filter') ?? '';
   const question = { ask: 'mailboxes', match: patternOf(filter), limit: rowsMax };
   const { items, trouble } = useAdminList(

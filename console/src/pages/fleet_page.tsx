@@ -21,6 +21,7 @@ import { needs } from '../ui/needs';
 import { age, duration } from '../ui/quantities';
 import { stopRobots } from '../ui/stop_button';
 import { InSight, useInSight, useStream } from '../ui/use_stream';
+import { matchesRobot } from './fleet_filter';
 
 interface Row {
   robot: Robot;
@@ -43,17 +44,29 @@ export function FleetPage() {
   const robots = console.fleet.robots.value;
   const routers = useRouters();
   const lines = useLines(routers.length);
+  const names = new Map(routers.map(({ system, name }) => [system, name]));
+  const isWanted = (system: number, ...words: string[]) =>
+    matchesRobot({ system, name: names.get(system), words }, filter);
+  const allAway = routers.filter(({ kind, state }) => kind !== 'self' && state !== 'up');
+  const lost = new Set(allAway.map(({ system }) => system));
   const rows = sorted(
-    robots.filter((robot) => matches(robot, filter)).map((robot) => rowOf(robot, lines.get(robot.system) ?? [])),
+    robots
+      .map((robot) => rowOf(robot, lines.get(robot.system) ?? []))
+      .filter((row) => isWanted(row.robot.system, wordOf(row)[0], lost.has(row.robot.system) ? 'away' : '')),
     order,
   );
+  const allGone = useGone(robots, allAway);
+  const away = allAway.filter(({ system }) => isWanted(system, 'away'));
+  const gone = allGone.filter(({ system }) => isWanted(system, 'gone'));
+  // Those that are missing come first.
   const shown = useSignal(rowsAtOnce);
-  const visible = rows.slice(0, shown.value);
-  const away = routers.filter(({ kind, state }) => kind !== 'self' && state !== 'up');
+  const count = away.length + gone.length + rows.length;
+  const visibleAway = away.slice(0, shown.value);
+  const visibleGone = gone.slice(0, Math.max(0, shown.value - away.length));
+  const visible = rows.slice(0, Math.max(0, shown.value - away.length - gone.length));
   useWatched(visible.flatMap(({ robot }) => robot.components.map(({ address }) => address)));
   const drivers = useDrivers(visible.map(({ robot }) => robot.system));
-  const gone = useGone(robots, away);
-  if (robots.length === 0 && away.length === 0 && gone.length === 0) return <NoRobots />;
+  if (robots.length === 0 && allAway.length === 0 && allGone.length === 0) return <NoRobots />;
   return (
     <section>
       <div class="tools">
@@ -62,7 +75,7 @@ export function FleetPage() {
         <span class="grow" />
         <FilterBox
           label="Filter robots"
-          placeholder="Filter by number"
+          placeholder="Number, name or state"
           value={filter}
           change={(text) => setOption('filter', text)}
         />
@@ -75,10 +88,10 @@ export function FleetPage() {
         </label>
       </div>
       <ul class="robots">
-        {away.map((router) => (
+        {visibleAway.map((router) => (
           <Away key={router.address.raw} router={router} present={robots} />
         ))}
-        {gone.map((each) => (
+        {visibleGone.map((each) => (
           <Gone key={each.system} robot={each} />
         ))}
         {visible.map((row) => (
@@ -90,9 +103,9 @@ export function FleetPage() {
           />
         ))}
       </ul>
-      {rows.length > visible.length && (
+      {count > shown.value && (
         <button type="button" onClick={() => (shown.value += rowsAtOnce)}>
-          Show {Math.min(rowsAtOnce, rows.length - visible.length)} more of {rows.length}
+          Show {Math.min(rowsAtOnce, count - shown.value)} more of {count}
         </button>
       )}
     </section>
@@ -409,8 +422,4 @@ function sorted(rows: Row[], order: string): Row[] {
   return rows.sort(
     (a, b) => b.bad.length - a.bad.length || b.line.length - a.line.length || a.robot.system - b.robot.system,
   );
-}
-
-function matches(robot: Robot, filter: string): boolean {
-  return filter === '' || `${robot.system}`.includes(filter.trim());
 }

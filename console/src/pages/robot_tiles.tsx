@@ -10,6 +10,7 @@ import { findMessage } from '../codec/catalogue';
 import { type Component, type Robot, shortName } from '../model/fleet';
 import { numberFields } from '../plots/number_fields';
 import { types } from '../tims/header';
+import { Boundary } from '../ui/boundary';
 import { Commands } from '../ui/commands';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
@@ -226,9 +227,11 @@ function Tile({ name, place, component, full }: TileProperties) {
       </div>
       <InSight.Provider value={inSight}>
         <div class="tile-body">
-          {tab.value === 'view' && <View component={component} />}
-          {tab.value === 'parameters' && <Parameters component={component} />}
-          {tab.value === 'commands' && <Commands component={component} />}
+          <Boundary key={tab.value} what="view">
+            {tab.value === 'view' && <View component={component} />}
+            {tab.value === 'parameters' && <Parameters component={component} />}
+            {tab.value === 'commands' && <Commands component={component} />}
+          </Boundary>
         </div>
       </InSight.Provider>
     </section>

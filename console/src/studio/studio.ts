@@ -192,17 +192,19 @@ export class Studio {
     const gone = before.filter((key) => !listed.has(key));
     for (const key of gone) this.draft.deploy(key, null);
     const fresh = list.files.filter(({ file, hash }) => this.draft.deployedHash(keyOf(name, file)) !== hash);
-    const parsed = new Map(this.parsed.value);
-    for (const key of gone) if (!this.draft.isChanged(key)) parsed.delete(key);
+    const read = new Map<FileKey, Parsed>();
     await Promise.all(
       fresh.map(async ({ file }) => {
         const { text, hash, values, places } = await this.agents.ask<FileText>(agent, { ask: 'conf_get', file });
         const key = keyOf(name, file);
         this.draft.deploy(key, { text, hash });
         if (this.draft.isChanged(key)) return;
-        parsed.set(key, { text, values: values ?? parsed.get(key)?.values ?? {}, places });
+        read.set(key, { text, values: values ?? this.parsed.value.get(key)?.values ?? {}, places });
       }),
     );
+    // Other hosts are read at the same time: what they have brought meanwhile stays.
+    const parsed = new Map([...this.parsed.value, ...read]);
+    for (const key of gone) if (!this.draft.isChanged(key)) parsed.delete(key);
     this.parsed.value = parsed;
     return gone.length + fresh.length > 0;
   }

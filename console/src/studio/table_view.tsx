@@ -39,8 +39,11 @@ export function TableView() {
     )
     .filter((row) => isWanted(row, which) && matches(row, filter));
   const shownRows = rows.slice(0, count.value);
-  const focus = (row: number) =>
-    table.current?.querySelectorAll<HTMLElement>('tbody input, tbody select')[row]?.focus();
+  const focus = (row: number) => {
+    const box = table.current?.querySelectorAll<HTMLElement>('tbody input, tbody select')[row];
+    box?.focus();
+    return box !== undefined;
+  };
   return (
     <div class="table-view">
       <div class="tools">
@@ -103,7 +106,7 @@ function TableRow({
 }: {
   row: Row;
   pasted: (text: string) => boolean;
-  move: (step: number) => void;
+  move: (step: number) => boolean;
 }) {
   const { studio } = useStudio();
   const { component, line, running } = row;

@@ -13,7 +13,7 @@ interface Properties {
   describedBy?: string;
   change: (text: string) => void;
   pasted?: (text: string) => boolean; // true: taken
-  move?: (rows: number) => void; // to the box below or above
+  move?: (rows: number) => boolean; // to the box below or above; false: there is none
 }
 
 export function ValueInput({ label, info, value, usual, invalid, describedBy, change, pasted, move }: Properties) {
@@ -63,9 +63,7 @@ export function ValueInput({ label, info, value, usual, invalid, describedBy, ch
       onKeyDown={(event) => {
         if (event.key === 'Escape') typed.value = undefined;
         const rows = { ArrowDown: 1, ArrowUp: -1, Enter: 1 }[event.key];
-        if (rows === undefined || move === undefined) return;
-        event.preventDefault();
-        move(rows);
+        if (rows !== undefined && move?.(rows)) event.preventDefault(); // else Enter is the end of typing, as anywhere
       }}
     />
   );

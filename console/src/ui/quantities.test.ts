@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { degrees, fixed, heading, metres } from './quantities';
+import { degrees, fixed, heading, metres, utcText } from './quantities';
 
 test('what is rounded to zero has no sign', () => {
   assert.equal(metres(-4), '0.00 m');
@@ -13,4 +13,9 @@ test('a direction is within one turn', () => {
   assert.equal(heading(2 * Math.PI - 0.0001), '0.0°');
   assert.equal(heading(-Math.PI / 2), '270.0°');
   assert.equal(heading(5 * Math.PI), '180.0°');
+});
+
+test('a time that is none is said to be none', () => {
+  assert.equal(utcText(1_764_252_181n), '2025-11-27 14:03:01');
+  assert.equal(utcText(0x7fff_ffff_ffff_ffffn), 'no time');
 });

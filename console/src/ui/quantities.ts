@@ -36,6 +36,12 @@ export function metres(millimetres: number): string {
   return `${fixed(millimetres / 1000, 2)} m`;
 }
 
+// A time of the wire as UTC: "2026-11-27 14:03:01". Devices also send what is no time.
+export function utcText(seconds: bigint | number): string {
+  const time = new Date(Number(seconds) * 1000);
+  return Number.isNaN(time.getTime()) ? 'no time' : time.toISOString().replace('T', ' ').slice(0, 19);
+}
+
 export const radians = (angle: number) => (angle * Math.PI) / 180;
 
 // RACK's angles grow clockwise; people read degrees.

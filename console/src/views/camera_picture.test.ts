@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { CameraData } from '../codec/messages';
-import { isGrey, pixelsOf } from './camera_picture';
+import { isGrey, NewestPicture, pixelsOf } from './camera_picture';
 import { colourTable } from './colour_tables';
 
 const picture = (mode: number, depth: number, bytes: number[]): CameraData => ({
@@ -37,4 +37,23 @@ test('colours', () => {
   assert.deepEqual(pixel(picture(11, 24, [1, 2, 3]), 'grey to 63'), [3, 2, 1, 255]);
   assert(!isGrey(picture(11, 24, [])));
   assert(isGrey(picture(1, 8, [])));
+});
+
+test('a picture that is decoded late is given up, and its memory given back', async () => {
+  const ready: ((picture: ImageBitmap) => void)[] = [];
+  const decoding = () => new Promise<ImageBitmap>((resolve) => ready.push(resolve));
+  const closed: string[] = [];
+  const bitmap = (name: string) => ({ name, close: () => closed.push(name) }) as unknown as ImageBitmap;
+  const shown: unknown[] = [];
+  const newest = new NewestPicture((each) => shown.push((each as unknown as { name: string }).name));
+  const taken = ['first', 'second', 'third'].map(() => newest.take(decoding()));
+  ready[1]?.(bitmap('second'));
+  await taken[1];
+  ready[0]?.(bitmap('first'));
+  await taken[0];
+  assert.deepEqual([shown, closed], [['second'], ['first']]);
+  newest.end();
+  ready[2]?.(bitmap('third'));
+  await taken[2];
+  assert.deepEqual([shown, closed], [['second'], ['first', 'third']]);
 });

@@ -11,6 +11,33 @@ export async function pictureOf(data: CameraData, table?: ColourTable): Promise<
   return new ImageData(pixelsOf(data, table), data.width, data.height);
 }
 
+// Pictures that are decoded at the same time may be ready in another order: one that is late is given up.
+export class NewestPicture {
+  private begun = 0;
+  private shown = 0;
+
+  constructor(private readonly show: (picture: ImageData | ImageBitmap) => void) {}
+
+  // Throws why it cannot be decoded.
+  async take(decoding: Promise<ImageData | ImageBitmap>): Promise<void> {
+    const number = ++this.begun;
+    const picture = await decoding;
+    if (number < this.shown) return release(picture);
+    this.shown = number;
+    this.show(picture);
+  }
+
+  // Those that are being decoded are late from now on.
+  end(): void {
+    this.shown = Number.POSITIVE_INFINITY;
+  }
+}
+
+// The memory of a decoded picture is not that of the script: it is given back at once, and not when many have piled up.
+export function release(picture: ImageData | ImageBitmap | undefined): void {
+  if (picture !== undefined && 'close' in picture) picture.close();
+}
+
 // 4 bytes a pixel. Of values that have more than 8 bits the upper ones are shown, or the colours of a table.
 export function pixelsOf(data: CameraData, table?: ColourTable): Uint8ClampedArray<ArrayBuffer> {
   const { width, height, depth, mode, image } = data;

@@ -1,25 +1,43 @@
 // The recorder of a robot: which streams it stores, how often, in which files, and how much it has stored.
 
-import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
-import { nameOf, useConsole } from '../app/console';
+import { type Signal, useSignal } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
+import { type Console, nameOf, useConsole } from '../app/console';
 import { decodeStruct } from '../codec/catalogue';
 import type { DatalogData, DatalogLogInfo } from '../codec/messages';
 import { command } from '../model/commands';
+import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
+import { Lamp } from '../ui/lamp';
 import { needs } from '../ui/needs';
 import { bytes } from '../ui/quantities';
 import { useVisible } from '../ui/use_stream';
 import type { ViewProperties } from './view';
 
 const period = 1000; // ms
+const silentTime = 5000; // ms without a sample, while it records
+const fileNameMax = 39; // characters
 
-export function DatalogView({ component }: ViewProperties) {
+// What somebody has edited and not sent; undefined: nothing.
+export type Wanted = Signal<DatalogData | undefined>;
+
+// Sends what was edited, and begins.
+export async function record({ client, fleet }: Console, recorder: Component, wanted: Wanted): Promise<void> {
+  if (wanted.value !== undefined) await command(client, recorder, 'Datalog.SET_LOG', wanted.value);
+  wanted.value = undefined;
+  await fleet.turn(recorder, true);
+}
+
+// `edited`: for a page that begins the recording, too.
+export function DatalogView({ component, edited }: ViewProperties & { edited?: Wanted }) {
   const console = useConsole();
   const { client } = console;
   const status = useSignal<DatalogData | undefined>(undefined);
-  const wanted = useSignal<DatalogData | undefined>(undefined); // as edited
+  const own = useSignal<DatalogData | undefined>(undefined);
+  const wanted = edited ?? own;
   const { attempt, Failure } = useAttempt();
+  const polling = useAttempt(); // its success takes no refusal of a command away
+  const lampOf = useLamps();
   const isOn = component.state.value === 'on';
   const load = async () => {
     const answer = await command(client, component, 'Datalog.GET_LOG_STATUS');
@@ -28,19 +46,14 @@ export function DatalogView({ component }: ViewProperties) {
   const visible = useVisible();
   useEffect(() => {
     if (!visible) return;
-    void attempt(load);
-    const timer = setInterval(() => attempt(load), period);
+    void polling.attempt(load);
+    const timer = setInterval(() => polling.attempt(load), period);
     return () => clearInterval(timer);
   }, [component.address, visible]);
   const shown = wanted.value ?? status.value;
   const edit = (number: number, part: Partial<DatalogLogInfo>) => {
     if (shown === undefined) return;
     wanted.value = { ...shown, logInfo: shown.logInfo.map((info, i) => (i === number ? { ...info, ...part } : info)) };
-  };
-  const record = async () => {
-    if (wanted.value !== undefined) await command(client, component, 'Datalog.SET_LOG', wanted.value);
-    wanted.value = undefined;
-    await console.fleet.turn(component, true);
   };
   const list = async () => {
     await command(client, component, 'Datalog.INIT_LOG');
@@ -56,7 +69,12 @@ export function DatalogView({ component }: ViewProperties) {
           </button>
         ) : (
           <>
-            <button type="button" class="primary" {...needs('ON')} onClick={() => attempt(record)}>
+            <button
+              type="button"
+              class="primary"
+              {...needs('ON')}
+              onClick={() => attempt(() => record(console, component, wanted))}
+            >
               Record
             </button>
             <button type="button" {...needs('Datalog.INIT_LOG')} onClick={() => attempt(list)}>
@@ -76,6 +94,7 @@ export function DatalogView({ component }: ViewProperties) {
         </label>
       </p>
       <Failure />
+      <polling.Failure />
       {shown !== undefined && shown.logInfo.length === 0 && <p class="faint">It has found no streams.</p>}
       <table class="list">
         <thead>
@@ -95,7 +114,9 @@ export function DatalogView({ component }: ViewProperties) {
             const now = status.value?.logInfo[i];
             return (
               <tr key={info.moduleMbx}>
-                <th scope="row">{name}</th>
+                <th scope="row">
+                  <Lamp state={lampOf(info, now, isOn)} /> {name}
+                </th>
                 <td>
                   <input
                     type="checkbox"
@@ -118,7 +139,17 @@ export function DatalogView({ component }: ViewProperties) {
                     }
                   />
                 </td>
-                <td>{info.filename}</td>
+                <td>
+                  <input
+                    size={20}
+                    maxLength={fileNameMax}
+                    aria-label={`File of ${name}`}
+                    {...needs('Datalog.SET_LOG', { disabled: isOn })}
+                    key={info.filename}
+                    defaultValue={info.filename}
+                    onChange={(event) => edit(i, { filename: event.currentTarget.value.trim() || info.filename })}
+                  />
+                </td>
                 <td>{now !== undefined && now.setsLogged > 0 && `${now.setsLogged} (${bytes(now.bytesLogged)})`}</td>
               </tr>
             );
@@ -127,4 +158,24 @@ export function DatalogView({ component }: ViewProperties) {
       </table>
     </>
   );
+}
+
+// On: samples come; silent: none comes though it shall be recorded.
+function useLamps() {
+  const grown = useRef(new Map<number, { sets: number; at: number }>());
+  return (
+    { moduleMbx, logEnable }: DatalogLogInfo,
+    now: DatalogLogInfo | undefined,
+    isOn: boolean,
+  ): 'on' | 'off' | 'silent' => {
+    if (!isOn || logEnable === 0 || now === undefined) {
+      grown.current.delete(moduleMbx);
+      return 'off';
+    }
+    const before = grown.current.get(moduleMbx);
+    if (before === undefined || before.sets !== now.setsLogged)
+      grown.current.set(moduleMbx, { sets: now.setsLogged, at: performance.now() });
+    const last = grown.current.get(moduleMbx)?.at ?? 0;
+    return performance.now() - last < Math.max(silentTime, 3 * now.periodTime) ? 'on' : 'silent';
+  };
 }

@@ -1,7 +1,6 @@
 // Where the next goal of a robot is: a compass with an arrow to it, and the list of goals.
 
 import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { decodeStruct } from '../codec/catalogue';
 import type { Position3d } from '../codec/messages';
@@ -23,9 +22,6 @@ export function GoalView({ position, pose }: Properties) {
   const goals = lists.of(position.system);
   const [north, east] = [useSignal('0'), useSignal('0')];
   const { attempt, Failure } = useAttempt();
-  useEffect(() => {
-    if (pose !== undefined) goals.pass(pose);
-  }, [pose]);
   const setOne = async () =>
     goals.set([{ x: Math.round(1000 * numberOf('North', north)), y: Math.round(1000 * numberOf('East', east)) }]);
   // Where a place is in the frame of the robot, its Position knows.

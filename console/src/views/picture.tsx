@@ -37,12 +37,15 @@ export function Picture({ pixels, label, name, sharp = false, note = '', plain =
   const turn = useSignal(asIs);
   const keeps = useSignal(false);
   const pixel = useSignal('');
+  const kept = useRef<Pixels | undefined>(undefined); // the last one that was saved
   const orientation = orientations[turn.value] as Orientation;
   useEffect(() => {
     if (canvas.current === null || pixels === undefined) return;
     draw(canvas.current, pixels, orientation);
     drawMarks(canvas.current, pixels, orientation, marks);
-    if (keeps.value) saveCanvas(canvas.current, `${name}-${Date.now()}.png`);
+    if (!keeps.value || kept.current === pixels) return; // drawn anew with other marks, it is the same picture
+    kept.current = pixels;
+    saveCanvas(canvas.current, `${name}-${Date.now()}.png`);
   }, [pixels, orientation, marks]);
   const showPixel = ({ offsetX, offsetY, currentTarget }: MouseEvent & { currentTarget: HTMLCanvasElement }) => {
     if (pixels === undefined) return;

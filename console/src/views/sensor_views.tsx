@@ -2,7 +2,7 @@
 
 import { valueName } from '../codec/catalogue';
 import type { ClockData, CompassData, GpsData, JoystickData } from '../codec/messages';
-import { degrees, heading, metres } from '../ui/quantities';
+import { degrees, heading, metres, utcText } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
@@ -49,7 +49,7 @@ export function ClockView({ component }: ViewProperties) {
             of={{
               date: `${data.year}-${two(data.month)}-${two(data.day)}`,
               weekday: days[data.dayOfWeek % 7] ?? `${data.dayOfWeek}`,
-              UTC: new Date(Number(data.utcTime) * 1000).toISOString().replace('T', ' ').slice(0, 19),
+              UTC: utcText(data.utcTime),
               synchronised: data.syncMode === 0 ? 'no' : 'yes',
               'standard deviation': `${data.varT} ms`,
             }}
@@ -79,11 +79,12 @@ export function GpsView({ component }: ViewProperties) {
             north: metres(data.pos.x),
             east: metres(data.pos.y),
             down: metres(data.pos.z),
+            'heading of the position': heading(data.pos.rho),
             'deviation north': metres(data.var.x),
             'deviation east': metres(data.var.y),
             'deviation down': metres(data.var.z),
             'deviation of heading': degrees(data.var.rho),
-            UTC: new Date(Number(data.utcTime) * 1000).toISOString().slice(11, 19),
+            UTC: utcText(data.utcTime),
           }}
         />
       )}
