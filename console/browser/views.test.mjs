@@ -33,7 +33,13 @@ const data = {
     return body;
   },
   Position: () => made('PositionData'),
+  Clock: () => {
+    const body = made('ClockData');
+    body.writeBigInt64LE(0x7fff_ffff_ffff_ffffn, 28); // UTC
+    return body;
+  },
 };
+const unheard = 0x60; // no class
 const answers = {
   Datalog: { 23: [-23, made('DatalogData')] },
   Position: { 26: [-22, made('PositionData')] },
@@ -50,7 +56,22 @@ before(async () => {
     swarm.add(addressOf(system, id, 0), data[name] ?? (() => made(struct)), period, answers[name] ?? {});
   }
   swarm.add(addressOf(system, classOf('Pilot').id, 1), () => made('PilotData'), period, {});
+  swarm.add(addressOf(system, classOf('Datalog').id, 1), () => made('DatalogData'), period, {
+    23: [-23, logList(addressOf(system, classOf('Ladar').id, 0), 'ladar.dat')],
+  });
+  swarm.add(addressOf(system, classOf('World').id, 0), () => made('WorldData'), period, {});
+  swarm.add(addressOf(system, unheard, 0), () => Buffer.from('RACK'), period, { 33: [-33, Buffer.from('ok')] });
 });
+
+// A recorder's list of one stream.
+function logList(stream, file) {
+  const list = made('DatalogData');
+  list.writeInt32LE(1, list.length - 4);
+  const info = made('DatalogLogInfo');
+  info.writeUInt32LE(stream, 4);
+  info.write(file, 16, 'latin1');
+  return Buffer.concat([list, info]);
+}
 
 after(async () => {
   swarm?.end();
@@ -287,7 +308,103 @@ test('the recorder page shows the recorder of each robot', async () => {
   await watched.close();
 });
 
-test('a class without a view has its fields and its commands', async () => {
+test('a class without a view has its fields', async () => {
+  const view = await opened('World');
+  await view.tile.getByRole('row', { name: /^peopleMove 1/ }).waitFor();
+  await view.watched.close();
+});
+
+test('a class that is not described has its bytes, and takes some', async () => {
+  const view = await opened(`${unheard}`);
+  await view.tile.getByText('0000  52 41 43 4b').waitFor();
+  await view.click('Commands');
+  await view.fill('Type', '33');
+  await view.fill('Body in hex, little endian', '01 fe');
+  await view.click('Send');
+  await view.tile.getByText('Answered by type -33, 2 bytes').waitFor();
+  const { commands } = swarm.components.get(addressOf(system, unheard, 0));
+  assert.deepEqual(
+    commands.map(({ type, body }) => [type, body]),
+    [[33, '01fe']],
+  );
+  await view.watched.close();
+});
+
+test('a scan of space is shown by its range image, without its points', async () => {
+  const image = made('Scan3dRangeImageData');
+  image.writeInt32LE(8000, 8); // the farthest range
+  component('Scan3d').answers[21] = [-21, image];
+  component('Scan3d').listeners.clear();
+  const view = await opened('Scan3d');
+  await view.tile.getByText('8.00 m').waitFor();
+  assert.equal(component('Scan3d').listeners.size, 0);
+  await view.watched.close();
+});
+
+test('a time that is none is said to be none', async () => {
+  const view = await opened('Clock');
+  await view.tile.getByText('no time').waitFor();
+  await view.watched.close();
+});
+
+test('a view that fails leaves the others alone, and is tried again', async () => {
+  const watched = await Watched.open(browser, host);
+  const { page } = watched;
+  await page.evaluate(() => {
+    globalThis.trueTime = Date.prototype.getTime;
+    Date.prototype.getTime = () => {
+      throw new Error('no such time');
+    };
+  });
+  await page.goto(`${host.address}/#/robot/${system}?tiles=Clock/0,Compass/0`);
+  const clock = page.getByRole('region', { name: 'Clock/0' });
+  await clock.getByRole('alert').getByText('no such time').waitFor();
+  await page.getByRole('region', { name: 'Compass/0' }).getByText('Orientation').waitFor();
+  await page.evaluate(() => {
+    Date.prototype.getTime = globalThis.trueTime;
+  });
+  await clock.getByRole('button', { name: 'Try again' }).click();
+  await clock.getByText('synchronised').waitFor();
+  await watched.close();
+});
+
+test('why a recording is refused stays in sight', async () => {
+  const { answers } = component('Datalog');
+  answers[22] = [-1, Buffer.from('the disk is full')];
+  await host.timsctl('component', 'off', `Datalog(${system}/0)`);
+  const view = await opened('Datalog');
+  await view.fill('Folder', '/tmp/log');
+  await view.click('Record');
+  await view.tile.getByText('the disk is full').waitFor();
+  const polls = () => swarm.journal.filter(({ type }) => type === 23).length;
+  swarm.journal.length = 0;
+  await eventually(() => polls() >= 2, 'its state is asked for');
+  assert.equal(await view.tile.getByText('the disk is full').count(), 1);
+  delete answers[22];
+  await view.watched.close();
+});
+
+test('all recorders begin with what was edited: period and file of a stream', async () => {
+  for (const instance of [0, 1]) await host.timsctl('component', 'off', `Datalog(${system}/${instance})`);
+  const second = component('Datalog', 1);
+  const watched = await Watched.open(browser, host, '#/recorder');
+  const { page } = watched;
+  const box = page.getByRole('region', { name: `Datalog(${system}/1)` });
+  await box.getByLabel(`File of Ladar(${system}/0)`).fill('my.dat');
+  await box.getByLabel(`Period of Ladar(${system}/0) in ms`).fill('250');
+  await box.getByLabel(`Record Ladar(${system}/0)`).check();
+  second.commands.length = 0;
+  await page.getByRole('button', { name: 'Record at all' }).click();
+  await eventually(() => second.on && component('Datalog').on, 'both record');
+  const info = Buffer.from(second.commands.find(({ type }) => type === 22).body, 'hex').subarray(48);
+  assert.deepEqual([info.readInt32LE(0), info.readUInt32LE(8)], [1, 250]);
+  assert.equal(info.toString('latin1', 16, 23), 'my.dat\0');
+  await page.getByRole('button', { name: 'Stop all' }).click();
+  await eventually(() => !second.on && !component('Datalog').on, 'both have ended');
+  await watched.close();
+});
+
+test('every command of a class is a form', async () => {
   const view = await opened('Scan3d');
   await view.click('Commands');
   await compared('Scan3d', 'STORE_DATA', [], async () => {

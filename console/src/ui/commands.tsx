@@ -2,13 +2,14 @@
 
 import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
-import { decodeMessage, findMessage, type Message, messagesOf } from '../codec/catalogue';
+import { className, decodeMessage, findMessage, type Message, messagesOf } from '../codec/catalogue';
 import type { Field, Fields } from '../codec/struct';
 import { refusal } from '../model/commands';
 import { type Component, shortName } from '../model/fleet';
 import { FieldTable } from '../views/fields_view';
 import { useAttempt } from './attempt';
 import { needs } from './needs';
+import { RawCommand } from './raw_command';
 
 const commandTime = 20000; // ms; a device may take its time
 
@@ -30,7 +31,11 @@ export function Commands({ component }: { component: Component }) {
     return (
       <>
         <Restart component={component} />
-        <p class="faint">This class has no commands of its own.</p>
+        {className(component.classId) === undefined ? (
+          <RawCommand component={component} />
+        ) : (
+          <p class="faint">This class has no commands of its own.</p>
+        )}
       </>
     );
   const choose = (index: number) => {

@@ -6,6 +6,7 @@ import { useContext, useEffect, useMemo, useRef } from 'preact/hooks';
 import { useConsole, widthsOf } from '../app/console';
 import { decodeData } from '../codec/catalogue';
 import type { DecodeOptions } from '../codec/struct';
+import type { Component } from '../model/fleet';
 import { fieldsOf } from '../tims/address';
 import { decodeHeader, headerSize } from '../tims/header';
 
@@ -61,17 +62,34 @@ export function useStream<Data>(
   options?: DecodeOptions,
 ): Stream<Data> {
   const console = useConsole();
+  return useDecoded(address, period, (body, flags, of) => {
+    const { classId } = fieldsOf(of, widthsOf(console));
+    return decodeData(classId, body, flags, options) as Data;
+  });
+}
+
+// As they are, of a class that is not described.
+export function useBytes(address: number, period = defaultPeriod): Stream<Uint8Array> {
+  return useDecoded(address, period, (body) => body);
+}
+
+// `decode` throws why a body cannot be read.
+function useDecoded<Data>(
+  address: number | undefined,
+  period: number,
+  decode: (body: Uint8Array, flags: number, address: number) => Data,
+): Stream<Data> {
+  const console = useConsole();
   const value = useMemo(() => signal<StreamValue<Data> | undefined>(undefined), [address]);
   const trouble = useMemo(() => signal<string | undefined>(undefined), [address]);
   const visible = useVisible();
   useEffect(() => {
     if (address === undefined || !visible) return;
-    const { classId } = fieldsOf(address, widthsOf(console));
     return console.client.subscribe(address, period, (sample) => {
       const header = decodeHeader(sample.message);
       if (header === undefined) return;
       try {
-        const data = decodeData(classId, sample.message.subarray(headerSize), header.flags, options) as Data;
+        const data = decode(sample.message.subarray(headerSize), header.flags, address);
         value.value = { data, at: sample.at, received: sample.received, skipped: sample.skipped };
         trouble.value = undefined;
       } catch (error) {
@@ -79,5 +97,35 @@ export function useStream<Data>(
       }
     });
   }, [address, period, visible]);
+  return { value, trouble };
+}
+
+// What a component that is on is asked for at this period, one question at a time: for data that are smaller than its stream.
+export function useAsked<Data>({ address, state }: Component, period: number, ask: () => Promise<Data>): Stream<Data> {
+  const value = useMemo(() => signal<StreamValue<Data> | undefined>(undefined), [address]);
+  const trouble = useMemo(() => signal<string | undefined>(undefined), [address]);
+  const isAsked = useVisible() && state.value !== 'off';
+  useEffect(() => {
+    if (!isAsked) return;
+    let ended = false;
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    const turn = async () => {
+      try {
+        const data = await ask();
+        if (ended) return;
+        value.value = { data, at: performance.now(), received: (value.peek()?.received ?? 0) + 1, skipped: 0 };
+        trouble.value = undefined;
+      } catch (error) {
+        if (ended) return;
+        trouble.value = (error as Error).message;
+      }
+      timer = setTimeout(turn, period);
+    };
+    void turn();
+    return () => {
+      ended = true;
+      clearTimeout(timer);
+    };
+  }, [address, period, isAsked]);
   return { value, trouble };
 }

@@ -2,21 +2,48 @@
 
 import { useSignal } from '@preact/signals';
 import { findMessage } from '../codec/catalogue';
+import { hexDump } from '../codec/hex';
 import type { Field } from '../codec/struct';
 import { types } from '../tims/header';
-import { useStream } from '../ui/use_stream';
+import { useBytes, useStream } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
 
 const period = 200; // ms
 const rowsMax = 100; // of a sequence
+const bytesMax = 512;
 
 export function FieldsView({ component }: ViewProperties) {
+  const fields = findMessage(component.classId, types.data)?.body?.fields;
+  return fields === undefined ? (
+    <BytesView component={component} />
+  ) : (
+    <Described component={component} fields={fields} />
+  );
+}
+
+// Of a class that is not described.
+function BytesView({ component }: ViewProperties) {
+  const stream = useBytes(component.address, period);
+  const bytes = stream.value.value?.data;
+  return (
+    <StreamBox component={component} stream={stream}>
+      {bytes !== undefined && (
+        <>
+          <p class="small faint">
+            This class is not described here. Its data have {bytes.length} bytes
+            {bytes.length > bytesMax && `; the first ${bytesMax}`}:
+          </p>
+          <pre class="hex">{hexDump(bytes.subarray(0, bytesMax))}</pre>
+        </>
+      )}
+    </StreamBox>
+  );
+}
+
+function Described({ component, fields }: ViewProperties & { fields: Field[] }) {
   const stream = useStream<Record<string, unknown>>(component.address, period);
   const si = useSignal(true);
-  const fields = findMessage(component.classId, types.data)?.body?.fields;
   const data = stream.value.value?.data;
-  if (fields === undefined)
-    return <p class="faint">This class has no description here; `timsctl msg echo --raw` shows its bytes.</p>;
   return (
     <StreamBox component={component} stream={stream}>
       <label class="small">

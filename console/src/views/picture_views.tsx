@@ -1,14 +1,14 @@
 // Data that are pictures: the cells of a grid map, and the ranges of a scan of space.
 
 import { useSignal } from '@preact/signals';
-import { useEffect, useMemo } from 'preact/hooks';
+import { useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { decodeStruct, valueName } from '../codec/catalogue';
-import type { GridMapData, Scan3dData, Scan3dRangeImageData } from '../codec/messages';
+import type { GridMapData, Scan3dRangeImageData } from '../codec/messages';
 import { command } from '../model/commands';
-import { useAttempt } from '../ui/attempt';
 import { CheckBox } from '../ui/check_box';
-import { useStream } from '../ui/use_stream';
+import { metres } from '../ui/quantities';
+import { useAsked, useStream } from '../ui/use_stream';
 import type { Pixel } from './colour_tables';
 import { Values } from './parts';
 import { Picture } from './picture';
@@ -46,29 +46,24 @@ function cellsOf({ gridNumX: rows, gridNumY: columns, occupancy }: GridMapData):
   });
 }
 
-// The scan itself may have hundreds of thousands of points: what is shown is its range image, asked for once for each.
+// The scan itself may have hundreds of thousands of points, which would be sent and decoded for nothing: what is shown is
+// its range image.
 export function Scan3dView({ component }: ViewProperties) {
   const { client } = useConsole();
-  const stream = useStream<Scan3dData>(component.address, slow);
-  const image = useSignal<Scan3dRangeImageData | undefined>(undefined);
+  const stream = useAsked(component, slow, async () => {
+    const answer = await command(client, component, 'Scan3d.GET_RANGE_IMAGE');
+    return decodeStruct('Scan3dRangeImageData', answer.body, answer.flags);
+  });
   const far = useSignal(10);
   const byType = useSignal(false);
   const hexagonal = useSignal(false);
-  const { attempt, Failure } = useAttempt();
-  const value = stream.value.value;
-  useEffect(() => {
-    if (value === undefined) return;
-    void attempt(async () => {
-      const answer = await command(client, component, 'Scan3d.GET_RANGE_IMAGE');
-      image.value = decodeStruct('Scan3dRangeImageData', answer.body, answer.flags);
-    });
-  }, [value]);
+  const image = stream.value.value?.data;
   const pixels = useMemo(
     () =>
-      image.value === undefined
+      image === undefined
         ? undefined
-        : rangesOf(image.value, { far: far.value * 1000, byType: byType.value, hexagonal: hexagonal.value }),
-    [image.value, far.value, byType.value, hexagonal.value],
+        : rangesOf(image, { far: far.value * 1000, byType: byType.value, hexagonal: hexagonal.value }),
+    [image, far.value, byType.value, hexagonal.value],
   );
   return (
     <StreamBox component={component} stream={stream}>
@@ -87,18 +82,16 @@ export function Scan3dView({ component }: ViewProperties) {
           }}
         />
       </label>
-      {value !== undefined && (
+      {image !== undefined && (
         <Values
           of={{
-            mounting: valueName('Scan3dData.scanMode', value.data.scanMode) ?? `${value.data.scanMode}`,
-            scans: `${value.data.scanNum}`,
-            'points a scan': `${value.data.scanPointNum}`,
-            points: `${value.data.pointNum ?? value.data.points.length}`,
-            duration: `${value.data.duration} ms`,
+            mounting: valueName('Scan3dData.scanMode', image.scanMode) ?? `${image.scanMode}`,
+            scans: `${image.scanNum}`,
+            'points a scan': `${image.scanPointNum}`,
+            range: metres(image.maxRange),
           }}
         />
       )}
-      <Failure />
     </StreamBox>
   );
 }
