@@ -85,9 +85,10 @@ trap cleanup EXIT
 cat >"$T/systemctl" <<SYSTEMCTL
 #!/bin/sh
 mkdir -p /run/units /run/tims
-[ "\$2" = --quiet ] && shift
-[ "\$2" = --now ] && now=yes && shift
-verb=\$1 unit=\$2
+verb=\$1 now='' wants=/etc/systemd/system/multi-user.target.wants
+shift
+case \$1 in --quiet) shift ;; --now) now=yes && shift ;; esac
+unit=\$1
 runs() { [ -f "/run/units/\$unit" ] && kill -0 "\$(cat "/run/units/\$unit")" 2>/dev/null; }
 end() {
   ! runs || { kill "\$(cat "/run/units/\$unit")"; while runs; do sleep 0.05; done; }
@@ -105,7 +106,8 @@ case \$verb in
         until [ -S /run/tims/router.sock ]; do runs || exit 1; sleep 0.05; done ;;
       *) robot=\${unit#*@}; begin /usr/bin/timsctl -H unix:/run/tims/router.sock up "/etc/tims/robots/\$robot.toml" ;;
     esac ;;
-  disable) [ -z "\${now:-}" ] || end ;;
+  enable) mkdir -p "\$wants" && ln -sf "/lib/systemd/system/\$unit.service" "\$wants/\$unit.service" ;;
+  disable) rm -f "\$wants/\$unit.service"; [ -z "\$now" ] || end ;;
 esac
 SYSTEMCTL
 
@@ -225,6 +227,7 @@ version() { on "$1" "dpkg-query -W -f '\${Version} \${db:Status-Abbrev}' tims-ro
 is_version() { [[ $(version "$1") == "$2 ii " ]] || fail "$1 has tims-router $(version "$1"), not $2"; }
 has() { on "$1" grep -q "'$3'" "/etc/tims/$2" || fail "$1: $2 is without $3: $(on "$1" cat "/etc/tims/$2")"; }
 router_runs() { on "$1" timsctl -H unix:/run/tims/router.sock router show | grep -q "$1" || fail "no router on $1"; }
+file_of() { on "$1" stat -c '"%U %a"' "/etc/tims/$2"; }
 clean() {
   on "$1" "cd /var/lib/tims-deploy && ls" | grep -E '^(next|snap|phase|reserve|holder|stop)$' && fail "$1 has remains" || true
   [[ -z $(on "$1" "find /etc -maxdepth 3 -path '/etc/tims/*' -name '.*.new'") ]] || fail "$1 has temporary files"
@@ -265,6 +268,8 @@ story_upgrade() {
   expect_deploy 0
   said 'arm +unchanged'
 
+  # What goes back is as its owner had left it.
+  on arm "chown pi: /etc/tims/router.toml && chmod 640 /etc/tims/router.toml"
   repository 1.1
   echo '# newer' >>"$T/scout/arm/router.toml"
   echo 'another key' >"$T/scout/arm/keys/identity.key"
@@ -275,6 +280,7 @@ story_upgrade() {
   is_version arm 1.1
   has arm router.toml '# newer'
   has arm keys/identity.key 'another key'
+  [[ $(file_of arm router.toml) == 'root 644' ]] || fail "a deployed file is $(file_of arm router.toml)"
 
   expect_deploy 0 --undo
   said 'tims-router 1.1 -> 1.0'
@@ -282,6 +288,7 @@ story_upgrade() {
   is_version arm 1.0
   has arm keys/identity.key 'a key of arm'
   on arm grep -q newer /etc/tims/router.toml && fail "undo left the newer file"
+  [[ $(file_of arm router.toml) == 'pi 640' ]] || fail "undo made the file $(file_of arm router.toml)"
   router_runs arm
   expect_deploy 0 --undo
   is_version arm 1.1
@@ -440,6 +447,158 @@ story_cut() {
   is_version arm 1.4
   router_runs arm
   clean arm
+}
+
+# --- doctor
+
+# gate HOST: doctor waits there while the condition in /hold is true, and fails without a reason while there is /mute.
+gate() {
+  on "$1" "cat >/usr/local/bin/timsctl && chmod 755 /usr/local/bin/timsctl" <<'GATE'
+#!/bin/sh
+case "$*" in *doctor*)
+  while [ -e /hold ] && sh /hold; do touch /run/held; sleep 0.1; done
+  [ ! -e /mute ] || exit 1 ;;
+esac
+exec /usr/bin/timsctl "$@"
+GATE
+}
+readonly KEEPS_WHAT_IS_THERE='[ ! -e /var/lib/tims-deploy/snap/complete ]'
+readonly CHECKS='[ -e /var/lib/tims-deploy/snap/complete ]'
+readonly GOES_BACK='grep -q ^back /var/lib/tims-deploy/phase'
+
+# hold_doctor CONDITION OUT: deploys to arm in the background, as $deployer, until doctor waits there; on arm rm /hold ends that.
+hold_doctor() {
+  on arm "rm -f /run/held; cat >/hold" <<<"$1"
+  set -m
+  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 2s --on arm </dev/null >"$T/$2" 2>&1 &
+  deployer=$!
+  set +m
+  until_true "doctor waits" on arm test -e /run/held
+}
+# ends_with STATUS: the deployment in the background.
+ends_with() {
+  local status=0
+  wait $deployer || status=$?
+  [[ $status == "$1" ]] || fail "the deployment ends with status $status, not $1"
+}
+
+story_doctor() {
+  # A first deployment that goes back leaves nothing, neither services nor records of packages: apt install is then the first one.
+  gate main
+  on main touch /mute
+  expect_deploy 1 --on main --timeout 1s
+  said 'main +went_back +doctor: it fails, and does not say why'
+  [[ -z $(on main "dpkg-query -W -f '\${Package}\${db:Status-Abbrev} ' 2>/dev/null") ]] || fail "packages are left"
+  on main "ls /etc/systemd/system/multi-user.target.wants" | grep tims-robot && fail "the robot is still enabled"
+  on main test -e /etc/tims/router.toml && fail "router.toml is left"
+  on main "rm /mute && dpkg -i /var/lib/tims-deploy/packages/*.deb" >/dev/null
+  has main router.toml 'of the package'
+
+  # A disk that is full at the end.
+  expect_deploy 0
+  gate arm
+  echo '# newer' >>"$T/scout/arm/router.toml"
+  hold_doctor "$CHECKS" deploy.out
+  on arm "cat /dev/zero >/fill 2>/dev/null; rm /hold" || true
+  ends_with 0
+  said 'arm +deployed'
+  clean arm
+  on arm rm /fill
+
+  # One that is full before it begins.
+  echo '# newest' >>"$T/scout/arm/router.toml"
+  hold_doctor "$KEEPS_WHAT_IS_THERE" deploy.out
+  on arm "cat /dev/zero >/fill 2>/dev/null; rm /hold" || true
+  ends_with 1
+  said 'arm +went_back +disk: cannot keep what is there now'
+  clean arm
+  on arm rm /fill
+
+  # Everything runs, and doctor finds what it has not found before. Ctrl-C while the host goes back changes nothing of that.
+  printf '[[link]]\nkind = "super"\nto = "10.79.2.99:2010"\n[security]\ninsecure = true\n' >>"$T/scout/arm/router.toml"
+  hold_doctor "$GOES_BACK" deploy.out
+  kill -INT $deployer
+  until_true "the host is told" on arm test -e /var/lib/tims-deploy/stop
+  on arm rm /hold
+  ends_with 130
+  said 'arm +went_back +doctor: links.down'
+  on arm grep -q 10.79.2.99 /etc/tims/router.toml && fail "the file did not go back"
+  clean arm
+}
+
+# --- deployments that are cut off, and others that come between
+
+# as ID VERB [MORE]: what a deployer sends to arm.
+as() { on arm "sh $T/on_host.sh \"\$(cat $T/on_host.sh)\" $2 $1 somebody@else ${3:-''}"; }
+refused() {
+  local why=$1
+  shift
+  "$@" >"$T/refused.out" 2>&1 && fail "not refused: $*"
+  grep -q "$why" "$T/refused.out" || fail "$*: $(cat "$T/refused.out")"
+}
+
+story_killed() {
+  expect_deploy 0 --on arm
+  gate arm
+
+  # The power fails while the host notes what is there, of which nothing is on the disk yet.
+  echo '# newer' >>"$T/scout/arm/router.toml"
+  hold_doctor "$KEEPS_WHAT_IS_THERE" killed.out
+  kill -9 $deployer
+  wait $deployer || true
+  on arm "kill -9 \$(pgrep -f '[t]ims-deploy')" || true
+  on arm rm -r /hold /var/lib/tims-deploy/snap/files
+  expect_deploy 0 --on arm --dry-run
+  has arm router.toml 'name = "arm"'
+  has arm keys/identity.key 'a key of arm'
+  clean arm
+  expect_deploy 0 --on arm
+
+  # It fails when all is in its place but not noted.
+  on arm "echo keeping >/var/lib/tims-deploy/phase"
+  expect_deploy 0 --on arm
+  said 'arm +unchanged'
+  clean arm
+
+  # Nobody applies what another one has prepared.
+  cp "$(dirname "$0")/../../tools/deploy/on_host.sh" "$T/"
+  as first stage <<<end
+  refused 'busy: somebody@else deploys here' as second stage <<<end
+  on arm "sed -i 's/ [0-9]* / 1 /' /var/lib/tims-deploy/holder" # it was lost a minute ago
+  as second stage <<<end
+  on arm "sed -i 's/ [0-9]* / 1 /' /var/lib/tims-deploy/holder"
+  for verb in carry prepare 'apply 5'; do
+    # shellcheck disable=SC2086
+    refused 'another deployment has begun here since' as first $verb <<<end
+  done
+  as first release
+  on arm test -d /var/lib/tims-deploy/next || fail "another deployment was removed"
+  # What apt has downloaded stays for the next time.
+  on arm "sed -i 's/ [0-9]* / 1 /' /var/lib/tims-deploy/holder; touch /var/lib/tims-deploy/next/debs/x.deb"
+  as second stage <<<end
+  on arm test -e /var/lib/tims-deploy/next/debs/x.deb || fail "packages would be downloaded again"
+  # Ctrl-C before the job has begun.
+  as second prepare
+  as second stop
+  as second apply 5 | grep -x 'result back stopped' || fail "the stop was forgotten"
+  has arm router.toml 'name = "arm"'
+  clean arm
+
+  # ssh breaks while apt works, which would go on with the lock.
+  on arm "cat >/usr/local/bin/apt-get && chmod 755 /usr/local/bin/apt-get && touch /hold-apt" <<'APT'
+#!/bin/sh
+if rm /hold-apt 2>/dev/null; then touch /run/apt-works; sleep 1000; fi
+exec /usr/bin/apt-get "$@"
+APT
+  repository 1.1+2
+  deploy --on arm &
+  deployer=$!
+  until_true "apt works" on arm test -e /run/apt-works
+  on arm "pkill -f '^sshd: (root|pi)'" || true
+  ends_with 0
+  said 'arm: preparing: connection lost'
+  is_version arm 1.1+2
+  on arm test -e /var/lib/tims-deploy/packages/tims-router_1.1+2_all.deb || fail "its packages would be sent again"
 }
 
 # With real packages: $PACKAGES, and newer ones of the same in $NEWER (tools/packages).

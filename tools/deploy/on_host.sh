@@ -28,17 +28,30 @@ is_name() {
 job_runs() { ! flock -s -n job.lock true; }
 has_result() { [ -f result ] && [ "$(cut -d ' ' -f1 <result)" = "$id" ]; }
 
-# hold: only one deployer at a time works here. One that has gone is forgotten after a minute, or when it comes again.
+# hold: only one deployer at a time works here. One that has gone is forgotten after a minute, or at once if its job was interrupted.
 hold() {
   who=$1
   if [ -f holder ]; then
     read -r other since other_who <holder || true
     if [ "$other" != "$id" ]; then
       ! job_runs || fail "busy: a deployment of $other_who is not over yet"
-      [ "$other_who" = "$who" ] || [ $(($(date +%s) - since)) -gt 60 ] || fail "busy: $other_who deploys here"
+      age=$(($(date +%s) - since))
+      [ -f phase ] || [ $age -lt 0 ] || [ $age -gt 60 ] || fail "busy: $other_who deploys here, or did less than a minute ago"
     fi
   fi
   say "$id $(date +%s) $who" | write_file holder
+}
+
+# mine: what is prepared here, or is being kept, is of this deployer.
+is_mine() { [ "$(cat next/id 2>/dev/null || cat current/id 2>/dev/null)" = "$id" ]; }
+mine() { is_mine || fail "busy: another deployment has begun here since"; }
+
+# A command of this deployment can outlive its connection and keep the lock: it ends, with what it has started.
+end_former() {
+  read -r pid <lock || return 0
+  tr '\0' ' ' 2>/dev/null <"/proc/$pid/cmdline" | grep -qF " $id " || return 0
+  read -r _ _ _ _ group _ <"/proc/$pid/stat" || return 0
+  kill -s TERM -- "-$group" || true
 }
 
 version_of() { dpkg-query -W -f '${db:Status-Abbrev} ${Version}' "$1" 2>/dev/null | sed -n 's/^[ih]i *//p'; }
@@ -46,7 +59,7 @@ version_of() { dpkg-query -W -f '${db:Status-Abbrev} ${Version}' "$1" 2>/dev/nul
 # The files that can be deployed and are there. Links and what they lead to are not.
 managed() {
   (cd "$1" 2>/dev/null && find router.toml router.d robots keys -maxdepth 1 -type f 2>/dev/null) |
-    grep -xE 'router\.toml|(router\.d|robots|keys)/[A-Za-z0-9_][A-Za-z0-9._-]*' | sort || true
+    { grep -xE 'router\.toml|(router\.d|robots|keys)/[A-Za-z0-9_][A-Za-z0-9._-]*' || true; } | sort
 }
 
 # --- what is there
@@ -113,7 +126,11 @@ idle() {
 
 stage() {
   idle
-  rm -rf next snap reserve stop result progress
+  rm -rf snap reserve stop result progress
+  mkdir -p next
+  # What apt has downloaded for a deployment that was cut off need not come again.
+  find next -mindepth 1 -maxdepth 1 ! -name debs -exec rm -rf {} +
+  say "$id" >next/id
   mkdir -p next/files next/debs/partial next/old packages
   chmod 755 next next/debs packages
   : >next/wanted
@@ -205,6 +222,7 @@ undo() {
   [ -d before ] || fail "nothing was deployed here before, so that there is nothing to go back to"
   rm -rf next snap stop result progress
   cp -al before next
+  say "$id" | write_file next/id
   mkdir -p next/old
   say dpkg >next/how
   while read -r name to; do
@@ -219,7 +237,8 @@ undo() {
 # --- the job: it goes on when the connection is lost, and ends with what is to be or with what was there
 
 step() { say "$*" >>progress; }
-stopped() { [ -e stop ]; }
+# Not once it goes back, which is what a stop is for.
+stopped() { [ -z "${goes_back:-}" ] && [ -e stop ]; }
 phase() { say "$*" | write_file phase; }
 
 is_active() { systemctl is-active --quiet "$1"; }
@@ -232,7 +251,7 @@ owned() { cat "$1/owned" 2>/dev/null || true; }
 
 # The files that change.
 changes() {
-  managed next/files >names
+  managed next/files >names || return 1
   while read -r name; do cmp -s "next/files/$name" "$etc/$name" || say "$name"; done <names
   owned current | grep -vxF -f names | while read -r name; do [ ! -f "$etc/$name" ] || say "$name"; done || true
 }
@@ -244,16 +263,26 @@ snapshot() {
   managed "$etc" | while read -r name; do
     mkdir -p "$(dirname "snap/files/$name")" && cp -p "$etc/$name" "snap/files/$name" || exit 1
   done || return 1
-  awk '{ print $1, $2 }' next/plan >snap/packages && cp -al next/old/. snap/debs/ || return 1
+  awk '{ print $1, $2 }' next/plan >snap/packages && unknown_packages >snap/unknown && cp -al next/old/. snap/debs/ || return 1
   managed snap/files | sed -n 's#^robots/\(.*\)\.toml$#\1#p' | while read -r robot; do
-    ! is_active "tims-robot@$robot" || say "$robot"
-  done >snap/robots
-  ! has_router || ! is_active tims-router || : >snap/router
-  owned current >snap/owned
-  failures >snap/failures
-  changes >next/changes
-  sync -f snap
-  : >snap/complete
+    ! is_active "tims-robot@$robot" || say "$robot" || exit 1
+  done >snap/robots || return 1
+  ! has_router || ! is_active tims-router || : >snap/router || return 1
+  owned current >snap/owned && failures >snap/failures || return 1
+  # In one piece: a disk that is full now must not hide one of them.
+  changed=$(changes) && printf %s "${changed:+$changed
+}" >next/changes || return 1
+  sync -f snap && : >snap/complete && sync snap/complete snap
+}
+
+# Packages of the plan of which this host has never had anything: when they go, their settings and records go, too. Those that
+# programs without packages have left stay.
+unknown_packages() {
+  [ ! -e /var/lib/tims-agent ] && [ ! -e /var/log/tims ] || return 0
+  while read -r name old _; do
+    [ "$old" = - ] || continue
+    case $(dpkg-query -W -f '${db:Status-Abbrev}' "$name" 2>/dev/null) in '' | un*) say "$name" ;; esac
+  done <next/plan
 }
 
 # as_dpkg ARGUMENT...: waits for others who work with packages, two minutes at most.
@@ -268,19 +297,24 @@ as_dpkg() {
   cat dpkg.log
 }
 
-# set_packages PLAN DEBS: the versions of the plan's third column, also older ones; - is removed.
+# set_packages FOLDER DEBS: the versions of the third column of its plan, also older ones; - is removed.
 set_packages() {
-  debs='' gone=''
+  debs='' gone='' purged=''
   while read -r name _ to; do
     case $to in
-      -) gone="$gone $name" ;;
+      -)
+        gone="$gone $name"
+        ! grep -qxF "$name" "$1/unknown" || purged="$purged $name"
+        ;;
       *) for deb in "$2/${name%:*}"_*.deb; do [ ! -f "$deb" ] || debs="$debs $deb"; done ;;
     esac
-  done <"$1"
+  done <"$1/plan"
   # shellcheck disable=SC2086
   [ -z "$debs" ] || as_dpkg --force-confdef --force-confold --auto-deconfigure -i $debs || return 1
   # shellcheck disable=SC2086
   [ -z "$gone" ] || as_dpkg --remove $gone || return 1
+  # shellcheck disable=SC2086
+  [ -z "$purged" ] || as_dpkg --purge $purged || return 1
 }
 
 install_packages() {
@@ -288,14 +322,14 @@ install_packages() {
   step installing
   as_dpkg --configure -a || true # what an earlier run of this job had begun
   if [ -f next/how ]; then
-    set_packages next/plan next/debs
+    set_packages next next/debs
   else
     # shellcheck disable=SC2046
     apt --no-download install $(awk '{ print $1 "=" $3 }' next/plan)
   fi
 }
 
-# write_files FROM LIST: those of FROM; what only the list names goes.
+# write_files FROM LIST: those of FROM; what only the list names goes. Of a snapshot, with their owners and modes.
 write_files() {
   mkdir -p "$etc"
   for folder in "$etc" "$etc/router.d" "$etc/robots" "$etc/keys"; do
@@ -303,20 +337,28 @@ write_files() {
   done
   owner=root
   ! id tims >/dev/null 2>&1 || owner=tims
-  managed "$1/files" >names
+  managed "$1/files" >names || return 1
   while read -r name; do
     ! cmp -s "$1/files/$name" "$etc/$name" || continue
     folder=$(dirname "$etc/$name") mode=644 folder_mode=755
     case $name in keys/*) mode=600 folder_mode=700 ;; esac
     [ -d "$folder" ] || { mkdir -p "$folder" && chmod $folder_mode "$folder" && chown "$owner:" "$folder"; } || return 1
     temporary=$folder/.${name##*/}.new
-    rm -f "$temporary" && cp "$1/files/$name" "$temporary" && chmod $mode "$temporary" && chown "$owner:" "$temporary" &&
-      sync "$temporary" && mv -fT "$temporary" "$etc/$name" && sync "$folder" || return 1
+    rm -f "$temporary" && cp -p "$1/files/$name" "$temporary" || return 1
+    [ -f "$1/complete" ] || { chmod $mode "$temporary" && chown "$owner:" "$temporary"; } || return 1
+    sync "$temporary" && mv -fT "$temporary" "$etc/$name" && sync "$folder" || return 1
   done <names
   grep -vxF -f names "$2" | while read -r name; do rm -f "$etc/$name"; done || true
 }
 
-# services WANTED OTHER: those of WANTED run, with what is in force now; robots of OTHER alone do not.
+# end_robots WANTED OTHER: robots of OTHER alone do not run any more. While their unit is there: it may go with its package.
+end_robots() {
+  for robot in $(robots "$2"); do
+    robots "$1" | grep -qxF "$robot" || systemctl disable --now "tims-robot@$robot" >/dev/null 2>&1 || true
+  done
+}
+
+# services FOLDER: its robots and the router run, with what is in force now.
 services() {
   has_router || return 0
   systemctl daemon-reload || return 1
@@ -326,9 +368,6 @@ services() {
     step "restarting tims-router"
     systemctl enable tims-router && systemctl restart tims-router || return 1
   fi
-  for robot in $(robots "$2"); do
-    robots "$1" | grep -qxF "$robot" || systemctl disable --now "tims-robot@$robot" || true
-  done
   for robot in $(robots "$1"); do
     if [ -n "$again" ] || grep -q '^robots/' next/changes || ! is_active "tims-robot@$robot"; then
       step "restarting tims-robot@$robot"
@@ -338,10 +377,11 @@ services() {
 }
 
 doctor() { timsctl -H unix:/run/tims/router.sock doctor --json; }
-# What doctor calls a failure now.
+# What doctor's answer calls a failure.
+failures_in() { say "$1" | tr '{' '\n' | sed -n '/"level":"failure"/s/.*"id":"\([^"]*\)".*/\1/p' | sort -u; }
 failures() {
   command -v timsctl >/dev/null || return 0
-  doctor 2>/dev/null | tr '{' '\n' | sed -n 's/^"id":"\([^"]*\)","level":"failure".*/\1/p' | sort -u
+  failures_in "$(doctor 2>/dev/null)"
 }
 
 # What is not as it must be: FOLDER's services run, and doctor finds nothing that it has not found before.
@@ -352,10 +392,14 @@ problem() {
   done
   command -v timsctl >/dev/null || return 0
   status=0
-  doctor >doctor.json 2>doctor.log || status=$?
+  answer=$(doctor 2>/dev/null) || status=$?
   case $status in
     0) ;;
-    1) failures | grep -vxF -f snap/failures | sed 's/^/doctor: /' | head -n 1 ;;
+    1)
+      found=$(failures_in "$answer")
+      [ -n "$found" ] || { say "doctor: it fails, and does not say why"; return 0; }
+      say "$found" | grep -vxF -f snap/failures | sed 's/^/doctor: /' | head -n 1
+      ;;
     *) say "the router does not answer" ;;
   esac
 }
@@ -383,32 +427,40 @@ log_error() {
 }
 
 finish() {
+  rm -f reserve
   sync -f .
-  say "$id $*" | write_file result
-  rm -rf phase reserve stop next snap holder names gone dpkg.log
+  # What cannot be written down is taken up by the next deployment.
+  say "$id $*" | write_file result || return 1
+  # On the disk before the rest goes, without which nothing can be taken up.
+  rm -f phase && sync .
+  rm -rf stop next snap holder names gone dpkg.log
 }
 
 # go_back REASON: whatever was done goes.
 go_back() {
+  # Before it is complete, nothing changes; and without it, nobody knows what was there.
+  [ -f snap/complete ] || { finish "back $*"; return; }
+  goes_back=yes
   rm -f reserve stop
   [ -f error.log ] || tail -n 8 log | tr -d '\r' >error.log
   phase "back $*"
   step "going back: $*"
+  end_robots snap next
   as_dpkg --configure -a || true
   awk '{ print $1, "-", $2 }' snap/packages >snap/plan
-  set_packages snap/plan snap/debs || { finish "broken $*; its packages did not go back: $(log_error dpkg)"; return; }
-  managed next/files >gone
-  write_files snap gone || { finish "broken $*; its files did not go back"; return; }
+  set_packages snap snap/debs || { finish "broken $*; its packages did not go back: $(log_error dpkg)"; return; }
+  managed next/files >gone && write_files snap gone || { finish "broken $*; its files did not go back"; return; }
   # Where no router ran before, there is nothing to come up.
   if [ -f snap/router ]; then
-    services snap next || { finish "broken $*; its services did not go back"; return; }
+    services snap || { finish "broken $*; its services did not go back"; return; }
     comes_up snap || { finish "broken $*; went back, but $why"; return; }
   fi
   finish "back $*"
 }
 
 keep() {
-  phase keeping
+  rm -f reserve
+  [ "$(cat phase)" = keeping ] || phase keeping || { go_back "disk: cannot write down that it is kept"; return; }
   if [ -d next ]; then
     mkdir -p next/kept
     for deb in next/debs/*.deb current/debs/*.deb; do
@@ -425,7 +477,8 @@ keep() {
       for other in /etc/apt/sources.list.d/tims-deploy.*; do [ "$other" = "$list" ] || rm -f "$other"; done
     fi
     for deb in packages/*.deb; do
-      [ ! -f packages/Packages ] || grep -qE "^Filename: (\./)?${deb#packages/}\$" packages/Packages || rm -f "$deb"
+      name=${deb#packages/}
+      [ ! -f packages/Packages ] || grep -qxF -e "Filename: $name" -e "Filename: ./$name" packages/Packages || rm -f "$deb"
     done
     if [ -d snap ]; then rm -rf before && mv snap before; fi
     rm -rf current && mv next current
@@ -436,7 +489,8 @@ keep() {
 job() {
   trap '' HUP PIPE INT TERM
   set +e
-  [ -f phase ] || { rm -f result error.log && : >log && phase applying; }
+  [ -f phase ] || { rm -f result error.log && : >log && phase applying; } ||
+    { finish "back disk: cannot write down what is done"; return; }
   was=$(cat phase)
   case $was in
     keeping) keep; return ;;
@@ -444,15 +498,15 @@ job() {
   esac
   snapshot || { finish "back disk: cannot keep what is there now"; return; }
   stopped && { go_back stopped; return; }
+  end_robots next current
   install_packages || { go_back "$(log_error packages)"; return; }
   stopped && { go_back stopped; return; }
   if [ -s next/changes ]; then
     step configuring
-    owned current >gone
-    write_files next gone || { go_back "$(log_error files)"; return; }
+    owned current >gone && write_files next gone || { go_back "$(log_error files)"; return; }
     stopped && { go_back stopped; return; }
   fi
-  services next current || { go_back "$(log_error services)"; return; }
+  services next || { go_back "$(log_error services)"; return; }
   comes_up next || { go_back "$why"; return; }
   # What was before the last change is still what --undo means.
   if [ -s next/plan ] || [ -s next/changes ] || [ ! -d current ]; then keep; else finish same; fi
@@ -470,8 +524,11 @@ follow() {
     fi
     [ -n "$ended" ] || sleep 0.2
   done
-  has_result || fail "interrupted: the job has ended without a result"
-  say "result $(cut -d ' ' -f2- <result)"
+  if has_result; then
+    say "result $(cut -d ' ' -f2- <result)"
+  else
+    say "result broken interrupted: its job has ended without a result; the next deployment lets it go back"
+  fi
   [ ! -f error.log ] || sed 's/^/log /' error.log
 }
 
@@ -479,11 +536,13 @@ apply() {
   patience=$1
   case $patience in '' | *[!0-9]*) fail "bad time" ;; esac
   # If it is over, the deployer did not hear it.
+  has_result || [ "$verb" = recover ] || mine
   if ! has_result && ! job_runs; then
-    [ -d next ] || fail "interrupted: nothing is prepared any more"
+    # Without next/ it was being kept.
+    [ -d next ] || [ -f phase ] || fail "interrupted: nothing is prepared any more"
     setsid sh -c "$script" tims-deploy "$script" job "$id" "$patience" </dev/null >>log 2>&1 9>&- &
     tries=0
-    until job_runs || has_result || [ $tries = 100 ]; do tries=$((tries + 1)) && sleep 0.05; done
+    until job_runs || has_result || [ $tries = 600 ]; do tries=$((tries + 1)) && sleep 0.05; done
   fi
   exec 9>&-
   follow
@@ -491,9 +550,16 @@ apply() {
 
 # recover: a job that was interrupted, as by a power failure, goes back; one that had come up is kept.
 recover() {
-  job_runs || [ ! -f phase ] || [ "$(cat phase)" != applying ] || phase "back interrupted"
-  rm -f result
+  if ! has_result && ! job_runs; then
+    [ -f phase ] || { say "result same"; return; } # it has ended meanwhile
+    [ "$(cat phase)" != applying ] || phase "back interrupted"
+  fi
   apply "$1"
+}
+
+release() {
+  if is_mine && ! job_runs && [ ! -f phase ]; then rm -rf next snap reserve stop; fi
+  [ "$(cut -d ' ' -f1 holder 2>/dev/null)" != "$id" ] || job_runs || [ -f phase ] || rm -f holder
 }
 
 [ "$(id -u)" = 0 ] || fail "rights: needs root"
@@ -511,18 +577,20 @@ fi
 : >>job.lock
 case $verb in
   look) look; exit ;;
-  stop) ! job_runs || : >stop; exit 0 ;;
+  # Also for a job that has not begun yet.
+  stop) [ ! -d next ] || ! is_mine || : >stop; exit 0 ;;
 esac
-exec 9>lock
-flock -w 60 9 || fail "busy: another command of a deployment runs"
+exec 9>>lock
+flock -n 9 || { end_former; flock -w 60 9 || fail "busy: another command of a deployment runs"; }
+say $$ >lock
+[ "$verb" != release ] || { release; exit; }
 hold "$4"
 case $verb in
   stage) stage ;;
-  carry) receive ;;
-  prepare) prepare "$5" ;;
+  carry) mine; receive ;;
+  prepare) mine; prepare "$5" ;;
   undo) undo "$5" ;;
   apply) apply "$5" ;;
   recover) recover "$5" ;;
-  release) job_runs || [ -f phase ] || rm -rf next snap reserve stop holder ;;
   *) fail "unknown verb" ;;
 esac
