@@ -274,8 +274,11 @@ constexpr Verb kProgramVerbs[] = {
      "30 s (--timeout) and `doctor` finds nothing new, or it goes back. After an interruption, "
      "call "
      "it again. --undo: what was there before the last deployment. --force: also overwrite files "
-     "that were changed there, and replace packages that nobody has to go back to. Exit status 1: "
-     "a host was not changed, or went back; 6: it is not known.",
+     "that were changed there, and replace packages that nobody has to go back to. At a terminal "
+     "it "
+     "asks before hosts change, also with --json, unless -y is given. Exit status 1: a host was "
+     "not "
+     "changed, or went back; 6: it is not known.",
      "timsctl deploy scout.toml --dry-run", nullptr, kTexts, kDeploy},
 
     {"sim", "up", "FILE", 1, 1, "fleet for detach insecure", true,

@@ -350,9 +350,11 @@ std::string Deployer::plan_text() const {
 }
 
 bool Deployer::is_wanted() {
+  const bool asks = !context_.options.yes && ::isatty(STDIN_FILENO) != 0;
   if (!context_.out.json()) context_.out.write(plan_text());
   if (context_.options.dry_run) return false;
-  if (context_.options.yes || context_.out.json() || ::isatty(STDIN_FILENO) == 0) return true;
+  if (!asks) return true;
+  if (context_.out.json()) fmt::print(stderr, "{}", plan_text());
   fmt::print(stderr, "Change {} host{}? Their routers and robots start again [y/N] ", hosts_.size(),
              hosts_.size() == 1 ? "" : "s");
   (void)context_.signals.wait(STDIN_FILENO, tims::kNever);

@@ -24,6 +24,7 @@ std::optional<Step> HostRun::begin(tims::Time now) {
   running_ = true;
   begun_ = connected_ ? step_ : Step::kConnect;
   if (begun_ == Step::kStage) holds_ = true;
+  if (begun_ == Step::kApply) ++applies_begun_;
   return begun_;
 }
 
@@ -100,7 +101,7 @@ void HostRun::failed(const std::string& reason) {
     step_ = Step::kApply;  // which tells how it has ended
     return;
   }
-  finish(applies() ? End::kUnknown : End::kUntouched, reason);
+  finish(applies_begun_ > 1 ? End::kUnknown : End::kUntouched, reason);
 }
 
 void HostRun::finish(End end, const std::string& reason) {
@@ -122,9 +123,9 @@ void HostRun::cancel(const std::string& reason) {
 }
 
 void HostRun::stop() {
-  if (!applies()) return cancel("stopped");
+  cancel("stopped");
   running_ = false;
-  step_ = Step::kStop;
+  if (applies()) step_ = Step::kStop;
 }
 
 }  // namespace timsctl::deploy

@@ -36,7 +36,7 @@ enum class End : std::uint8_t {
   kWentBack,   // the host is as it was
   kBroken,     // it did not go back either
   kUntouched,  // nothing was changed
-  kUnknown,    // the connection was lost during kApply, and did not come back
+  kUnknown,    // the connection was lost during kApply, and how that has ended was not learned
 };
 std::string_view name_of(End end);
 
@@ -64,6 +64,7 @@ class HostRun {
   void applied(End end, std::string reason);
   // The connection broke, or was not made.
   void lost(tims::Time now, const std::string& reason);
+  // The step has refused, or was refused; once kApply was begun before, it may have done its work.
   void failed(const std::string& reason);
 
   // All hosts are ready.
@@ -93,6 +94,7 @@ class HostRun {
   bool was_connected_ = false;
   bool holds_ = false;  // something of ours may be on the host
   bool running_ = false;
+  int applies_begun_ = 0;
   std::optional<Step> begun_{};
   std::size_t packages_ = 0;
   std::size_t sent_ = 0;

@@ -178,6 +178,29 @@ TEST(DeployHost, WhatWasSentIsRemovedAfterAFailure) {
   EXPECT_EQ(world.run.reason(), "disk: full");
 }
 
+// A refusal is one as long as nothing can have begun; once an answer was lost, nobody knows.
+TEST(DeployHost, AHostThatRefusesToApply) {
+  World refused;
+  while (!refused.run.is_ready()) refused.answer(*refused.begin());
+  refused.run.go();
+  EXPECT_EQ(refused.begin(), Step::kApply);
+  refused.run.failed("busy: another deployment has begun here since");
+  EXPECT_EQ(refused.run.end(), End::kUntouched);
+  EXPECT_EQ(refused.begin(), Step::kRelease);
+
+  World lost;
+  while (!lost.run.is_ready()) lost.answer(*lost.begin());
+  lost.run.go();
+  EXPECT_EQ(lost.begin(), Step::kApply);
+  lost.run.lost(lost.now, "cut");
+  EXPECT_EQ(lost.begin(), Step::kConnect);
+  lost.run.done();
+  EXPECT_EQ(lost.begin(), Step::kApply);
+  lost.run.failed("busy: another deployment has begun here since");
+  EXPECT_EQ(lost.run.end(), End::kUnknown);
+  EXPECT_TRUE(lost.run.is_over());
+}
+
 TEST(DeployHost, AnInterruptedDeploymentEndsFirst) {
   World world;
   world.answer(*world.begin());
@@ -211,6 +234,21 @@ TEST(DeployHost, StoppingBeforeItAppliesChangesNothing) {
     }
     EXPECT_TRUE(world.run.is_over()) << steps;
   }
+}
+
+// The command was ended, so that nothing but a new one ends the step.
+TEST(DeployHost, StoppingWhileItCleansUpBeginsThatAgain) {
+  World world;
+  while (!world.run.is_ready()) world.answer(*world.begin());
+  world.run.cancel("arm could not be prepared");
+  EXPECT_EQ(world.begin(), Step::kRelease);
+  world.run.stop();
+  EXPECT_EQ(world.begin(), Step::kRelease);
+  world.run.done();
+  EXPECT_TRUE(world.run.is_over());
+  EXPECT_EQ(world.run.reason(), "arm could not be prepared");
+  world.run.stop();
+  EXPECT_TRUE(world.run.is_over());
 }
 
 TEST(DeployHost, StoppingWhileItAppliesTellsTheJobAndWaits) {
