@@ -119,6 +119,7 @@ void TcpPath::end(Connections::iterator connection, const std::string& why) {
           fmt::format("the connection for links to {} has ended: {}", address.to_string(), why));
   }
   connection->second.watch.reset();
+  ended_.push_back(std::move(connection->second.arriving));
   connections_.erase(connection);
   listener_.on_tcp_gone(address);
 }
@@ -149,6 +150,7 @@ void TcpPath::put(Connection& connection, std::span<const std::byte> datagram) {
 }
 
 void TcpPath::flush() {
+  ended_.clear();
   for (const NetAddress& address : std::exchange(offered_, {})) {
     const auto found = connections_.find(address);
     if (found != connections_.end() && !found->second.is_connecting) write(found->second);

@@ -32,6 +32,7 @@ class TcpPath final : public link::DatagramSender {
 
   class Listener : public core::Interface {
    public:
+    // The bytes stay valid until flush().
     virtual void on_tcp_datagram(const link::NetAddress& from, std::span<std::byte> datagram) = 0;
     // Its connection has ended.
     virtual void on_tcp_gone(const link::NetAddress& address) = 0;
@@ -55,7 +56,8 @@ class TcpPath final : public link::DatagramSender {
   // Connects to a called router if there is no connection yet. Never refuses: what has no room, and
   // what is for an address without connection, is lost.
   bool offer(const link::Burst& burst) override;
-  // Writes what was offered. Call it after each turn.
+  // Writes what was offered. Call it at the end of each turn, when nobody needs what has arrived in
+  // it any more.
   void flush();
 
   [[nodiscard]] Time next_timeout() const;
@@ -102,8 +104,9 @@ class TcpPath final : public link::DatagramSender {
   bool is_listening_ = false;
   Connections connections_;
   std::map<link::NetAddress, Call> calls_;
-  std::vector<link::NetAddress> offered_;  // connections with something to write
-  std::vector<std::byte> room_;            // for what is read
+  std::vector<link::NetAddress> offered_;    // connections with something to write
+  std::vector<std::byte> room_;              // for what is read
+  std::vector<link::DatagramStream> ended_;  // of connections that have ended in this turn
   std::uint64_t lost_ = 0;
   Time next_look_ = kNever;
 };

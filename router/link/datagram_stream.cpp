@@ -25,7 +25,6 @@ std::size_t DatagramStream::whole_size(std::span<const std::byte> begin) {
 
 std::span<std::byte> DatagramStream::next(std::span<std::byte>& bytes) {
   if (is_broken_) return {};
-  if (std::exchange(is_whole_, false)) part_.clear();
   if (const std::size_t whole = part_.empty() ? whole_size(bytes) : 0;
       whole > 0 && whole <= bytes.size() && !is_broken_) {
     const auto datagram = bytes.subspan(kSizeBytes, whole - kSizeBytes);
@@ -40,8 +39,11 @@ std::span<std::byte> DatagramStream::next(std::span<std::byte>& bytes) {
     part_.insert(part_.end(), taken.begin(), taken.end());
     bytes = bytes.subspan(taken.size());
     if (taken.size() < wanted) break;
-    is_whole_ = whole != 0;
-    if (is_whole_) return std::span(part_).subspan(kSizeBytes);
+    if (whole == 0) continue;
+    // What follows of `bytes` may begin another one.
+    std::swap(part_, passed_);
+    part_.clear();
+    return std::span(passed_).subspan(kSizeBytes);
   }
   return {};
 }

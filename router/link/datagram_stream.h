@@ -15,8 +15,10 @@ class DatagramStream {
   // Precondition: 1 to kDatagramMax bytes.
   static void put(std::span<const std::byte> datagram, std::vector<std::byte>& out);
 
-  // Calls visit(std::span<std::byte> datagram) for each one that these bytes complete. False: a
-  // size that no datagram has; nothing that follows can be understood, so end the connection.
+  // Calls visit(std::span<std::byte> datagram) for each one that these bytes complete. Each stays
+  // valid as long as `bytes` do, but not beyond the next call or this object's end: what receives
+  // it may keep it until the turn is flushed. False: a size that no datagram has; nothing that
+  // follows can be understood, so end the connection.
   template <typename Visit>
   bool feed(std::span<std::byte> bytes, Visit&& visit) {
     for (auto datagram = next(bytes); !datagram.empty(); datagram = next(bytes)) visit(datagram);
@@ -28,8 +30,8 @@ class DatagramStream {
   // With its size field; 0: not known yet.
   [[nodiscard]] std::size_t whole_size(std::span<const std::byte> begin);
 
-  std::vector<std::byte> part_;  // the beginning of one, at most kSizeBytes + kDatagramMax
-  bool is_whole_ = false;        // it was passed on
+  std::vector<std::byte> part_;    // the beginning of one, at most kSizeBytes + kDatagramMax
+  std::vector<std::byte> passed_;  // the newest one that was put together here, with its size
   bool is_broken_ = false;
 };
 

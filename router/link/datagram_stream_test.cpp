@@ -1,5 +1,7 @@
 #include "router/link/datagram_stream.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "router/link/datagram.h"
@@ -33,6 +35,26 @@ TEST(DatagramStream, ArriveWholeHoweverTheBytesAreCut) {
           part, [&](std::span<std::byte> one) { arrived.emplace_back(one.begin(), one.end()); }));
     }
     EXPECT_EQ(arrived, kSent) << step;
+  }
+}
+
+// They are used until the turn ends, however many follow in the same bytes.
+TEST(DatagramStream, WhatWasPassedOnStaysUntilTheNextBytes) {
+  Bytes all;
+  for (const Bytes& one : kSent) DatagramStream::put(one, all);
+  for (std::size_t step = 1; step <= all.size(); step += 1 + step / 16) {
+    DatagramStream stream;
+    Bytes copy = all;
+    std::size_t sent = 0;
+    for (std::span<std::byte> rest = copy; !rest.empty();) {
+      const auto part = rest.first(std::min(step, rest.size()));
+      rest = rest.subspan(part.size());
+      std::vector<std::span<std::byte>> passed;
+      EXPECT_TRUE(stream.feed(part, [&](std::span<std::byte> one) { passed.push_back(one); }));
+      for (const auto& one : passed)
+        ASSERT_TRUE(std::ranges::equal(one, kSent[sent++])) << "in steps of " << step;
+    }
+    ASSERT_EQ(sent, kSent.size());
   }
 }
 
