@@ -94,13 +94,27 @@ export function findNamed(name: string): Message | undefined {
   return message === undefined ? undefined : findMessage(ids.get(of) ?? -1, message);
 }
 
-// Its fields are checked by the compiler: encodeNamed('Chassis.MOVE', { vx: 200 }).
+// Not by encodeMessage(): samples of sensors may hold numbers that are not finite, where nothing was measured.
+export function encodeCommand({ body }: Message, value: Fields): Uint8Array<ArrayBuffer> {
+  if (body === undefined) return new Uint8Array();
+  refuseNotFinite(body.name, value);
+  return body.encode(value);
+}
+
+function refuseNotFinite(name: string, value: unknown): void {
+  if (value === null || (typeof value === 'number' && !Number.isFinite(value)))
+    throw new CodecError(`${name} is ${value}: expected a number`);
+  if (typeof value !== 'object' || ArrayBuffer.isView(value)) return;
+  for (const [key, inner] of Object.entries(value)) refuseNotFinite(`${name}.${key}`, inner);
+}
+
+// A command. Its fields are checked by the compiler: encodeNamed('Chassis.MOVE', { vx: 200 }).
 export function encodeNamed<K extends keyof Bodies & string>(
   name: K,
   value: Partial<NonNullable<Bodies[K]>> = {},
 ): { type: number; body: Uint8Array<ArrayBuffer> } {
-  const { type, body } = findNamed(name)!;
-  return { type, body: body?.encode(value as Fields) ?? new Uint8Array() };
+  const message = findNamed(name)!;
+  return { type: message.type, body: encodeCommand(message, value as Fields) };
 }
 
 interface Names {

@@ -7,6 +7,7 @@ import {
   decodeData,
   decodeMessage,
   decodeStruct,
+  encodeCommand,
   encodeMessage,
   encodeNamed,
   findMessage,
@@ -66,6 +67,20 @@ test('numbers are checked when they are sent', () => {
   assert.equal(omega(Number.POSITIVE_INFINITY), Number.POSITIVE_INFINITY);
   assert.ok(Number.isNaN(omega(null)));
   assert.throws(() => omega('fast'), /ChassisMoveData\.omega is fast: expected a number/);
+});
+
+test('a command with a number that is not finite is refused, wherever it stands', () => {
+  for (const wrong of [Number.NaN, Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY])
+    assert.throws(
+      () => encodeNamed('Chassis.MOVE', { omega: wrong }),
+      /ChassisMoveData\.omega is -?(NaN|Infinity): expected a number/,
+    );
+  const pilot = findMessage(classId('Pilot')!, 'SET_MULTI_DESTINATION')!;
+  assert.throws(
+    () => encodeCommand(pilot, { points: [{}, { pos: { rho: null } }] }),
+    /PilotMultiDestData\.points\.1\.pos\.rho is null: expected a number/,
+  );
+  assert.doesNotThrow(() => encodeCommand(pilot, { points: [{ pos: { rho: 1 } }] }));
 });
 
 test('numbers of 64 bits are exact', () => {

@@ -2,13 +2,14 @@
 
 import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
-import { className, decodeMessage, findMessage, type Message, messagesOf } from '../codec/catalogue';
+import { className, decodeMessage, encodeCommand, findMessage, type Message, messagesOf } from '../codec/catalogue';
 import type { Field, Fields } from '../codec/struct';
 import { refusal } from '../model/commands';
 import { type Component, shortName } from '../model/fleet';
 import { FieldTable } from '../views/fields_view';
 import { useAttempt } from './attempt';
 import { needs } from './needs';
+import { numberIn } from './number_text';
 import { RawCommand } from './raw_command';
 
 const commandTime = 20000; // ms; a device may take its time
@@ -47,7 +48,7 @@ export function Commands({ component }: { component: Component }) {
     event.preventDefault();
     reply.value = { text: 'Sent; waiting for the answer …', bad: false };
     try {
-      const body = message.body?.encode(value.value) ?? new Uint8Array();
+      const body = encodeCommand(message, value.value);
       const answer = await client.call(component.address, message.type, body, commandTime);
       const why = refusal(answer);
       reply.value = why !== undefined ? { text: why, bad: true } : replyOf(component, answer);
@@ -171,7 +172,7 @@ function FieldInput({ field, value, change }: { field: Field; value: unknown; ch
         <input
           inputMode={isText ? 'text' : 'decimal'}
           defaultValue={`${value}`}
-          onInput={({ currentTarget: { value: text } }) => change(isText ? text : Number(text))}
+          onInput={({ currentTarget: box }) => (isText ? change(box.value) : changeNumber(box, change))}
         />
       </label>
     );
@@ -185,6 +186,13 @@ function FieldInput({ field, value, change }: { field: Field; value: unknown; ch
       />
     </label>
   );
+}
+
+// What is no number is not sent: the form says so, and keeps the number before it.
+function changeNumber(box: HTMLInputElement, change: (value: number) => void): void {
+  const number = numberIn(box.value);
+  box.setCustomValidity(number === undefined ? `“${box.value}” is no number` : '');
+  if (number !== undefined) change(number);
 }
 
 function parsed(box: HTMLTextAreaElement): unknown {

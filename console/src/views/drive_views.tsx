@@ -18,6 +18,7 @@ export function ServoView({ component }: ViewProperties) {
   const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
   const step = 100;
+  const position = data?.position; // unknown: it cannot move by a step from there
   const moveTo = (position: number) =>
     command(client, component, 'ServoDrive.MOVE_POS', { position, replyPositionReached: 0 });
   return (
@@ -31,15 +32,15 @@ export function ServoView({ component }: ViewProperties) {
         </HoldButton>
         <button
           type="button"
-          {...needs('ServoDrive.MOVE_POS')}
-          onClick={() => attempt(() => moveTo((data?.position ?? 0) - step))}
+          {...needs('ServoDrive.MOVE_POS', { disabled: position === undefined })}
+          onClick={() => position !== undefined && attempt(() => moveTo(position - step))}
         >
           −{step}
         </button>
         <button
           type="button"
-          {...needs('ServoDrive.MOVE_POS')}
-          onClick={() => attempt(() => moveTo((data?.position ?? 0) + step))}
+          {...needs('ServoDrive.MOVE_POS', { disabled: position === undefined })}
+          onClick={() => position !== undefined && attempt(() => moveTo(position + step))}
         >
           +{step}
         </button>

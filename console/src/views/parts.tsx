@@ -2,8 +2,9 @@
 
 import type { Signal } from '@preact/signals';
 import { type ComponentChildren, Fragment } from 'preact';
-import { useRef } from 'preact/hooks';
+import { useEffect, useRef } from 'preact/hooks';
 import { type Deed, needs } from '../ui/needs';
+import { numberIn } from '../ui/number_text';
 
 export function Values({ of }: { of: Record<string, string> }) {
   return (
@@ -26,7 +27,8 @@ interface HoldProperties {
   children: ComponentChildren;
 }
 
-// For what moves something by itself: acts when it was held for a moment, by finger, mouse or key.
+// For what moves something by itself: acts when it was held for a moment, by finger, mouse or key. Who still holds it
+// when it disappears, or may no longer be pressed, has not done so.
 export function HoldButton({ deed, action, time = 700, disabled = false, children }: HoldProperties) {
   const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
   const begin = () => {
@@ -36,17 +38,21 @@ export function HoldButton({ deed, action, time = 700, disabled = false, childre
     clearTimeout(timer.current);
     timer.current = undefined;
   };
+  useEffect(() => end, []);
+  useEffect(() => {
+    if (disabled) end();
+  }, [disabled]);
   const isPress = ({ key }: KeyboardEvent) => key === 'Enter' || key === ' ';
   return (
     <button
       type="button"
       class="hold"
       {...needs(deed, { disabled, title: 'Hold it for a moment' })}
-      onPointerDown={begin}
+      onPointerDown={({ button }) => button === 0 && begin()}
       onPointerUp={end}
       onPointerLeave={end}
       onPointerCancel={end}
-      onKeyDown={(event) => isPress(event) && begin()}
+      onKeyDown={(event) => isPress(event) && !event.repeat && begin()}
       onKeyUp={(event) => isPress(event) && end()}
       onBlur={end}
     >
@@ -81,8 +87,8 @@ export function NumberInput({ label, unit, value }: NumberProperties) {
 
 // Throws a sentence when it is none.
 export function numberOf(label: string, { value }: Signal<string>): number {
-  const number = Number(value.replace(',', '.'));
-  if (value.trim() === '' || !Number.isFinite(number)) throw new Error(`${label}: “${value}” is no number`);
+  const number = numberIn(value);
+  if (number === undefined) throw new Error(`${label}: “${value}” is no number`);
   return number;
 }
 
