@@ -5,11 +5,10 @@ import { widthsOf } from '../app/console';
 import { classId, decodeMessage } from '../codec/catalogue';
 import type { ParameterList } from '../codec/messages';
 import { firstOf } from '../map/follow';
-import { command, stopCommand } from '../model/commands';
+import { command, noPilot, stopCommand } from '../model/commands';
 import type { Component, Robot } from '../model/fleet';
 import { addressOf, classes } from '../tims/address';
 import { types } from '../tims/header';
-import { noPilot } from '../views/chassis_view';
 
 export interface StickPilot {
   pilot: Component;

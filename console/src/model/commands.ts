@@ -8,11 +8,13 @@ import { stopPriority, types } from '../tims/header';
 
 export type CommandName = keyof Bodies & string;
 
+export const noPilot = 0xffffff00; // the address of none: nobody may drive a chassis
+
 const commandTime = 5000; // ms
 
 // Stops a robot, or takes the right to drive it: overtakes all data on the way.
 export function stopCommand<Name extends CommandName>(
-  client: Client,
+  client: Pick<Client, 'call'>,
   receiver: { address: number },
   name: Name,
   value?: Partial<NonNullable<Bodies[Name]>>,
@@ -22,7 +24,7 @@ export function stopCommand<Name extends CommandName>(
 
 // Throws what hindered it, as a sentence.
 export async function command<Name extends CommandName>(
-  client: Client,
+  client: Pick<Client, 'call'>,
   receiver: { address: number },
   name: Name,
   value?: Partial<NonNullable<Bodies[Name]>>,

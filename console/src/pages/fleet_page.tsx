@@ -9,6 +9,7 @@ import type { ChassisData } from '../codec/messages';
 import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
 import type { LogText } from '../model/log';
+import { stopRobots } from '../model/stop';
 import { useAdminList } from '../network/admin_list';
 import { type LinkTrouble, linkTroubles } from '../network/link_health';
 import type { LinkItem, RouterItem } from '../network/reports';
@@ -19,7 +20,6 @@ import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
 import { needs } from '../ui/needs';
 import { age, duration } from '../ui/quantities';
-import { stopRobots } from '../ui/stop_button';
 import { InSight, useInSight, useStream } from '../ui/use_stream';
 import { matchesRobot } from './fleet_filter';
 
@@ -285,7 +285,7 @@ function RobotCard({ row, router, driver }: CardProperties) {
         <button
           type="button"
           {...needs('Chassis.SET_ACTIVE_PILOT')}
-          onClick={() => attempt(() => stopRobots(console, [robot.system]))}
+          onClick={() => attempt(() => stopRobots(console.client, console.fleet, [robot.system]))}
         >
           Stop
         </button>

@@ -3,9 +3,7 @@
 import { useEffect } from 'preact/hooks';
 import { type Console, useConsole } from '../app/console';
 import { route } from '../app/route';
-import { classId } from '../codec/catalogue';
-import { stopCommand } from '../model/commands';
-import { noPilot } from '../views/chassis_view';
+import { stopRobots } from '../model/stop';
 import { useAttempt } from './attempt';
 import { Icon } from './icons';
 import { needs } from './needs';
@@ -21,26 +19,11 @@ export function shownRobots(console: Console): number[] {
   return numbers.length > 0 ? numbers : console.fleet.robots.value.map(({ system }) => system);
 }
 
-// Chassis stop by themselves when nobody may drive them; their pilots are turned off, so that none takes it again,
-// also those that were off when they were asked last.
-export async function stopRobots(console: Console, systems: number[]): Promise<void> {
-  const pilot = classId('Pilot');
-  const chassis = classId('Chassis');
-  const calls: Promise<unknown>[] = [];
-  for (const system of systems)
-    for (const component of console.fleet.robot(system)?.components ?? []) {
-      if (component.classId === chassis)
-        calls.push(stopCommand(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot }));
-      if (component.classId === pilot) calls.push(stopCommand(console.client, component, 'OFF'));
-    }
-  await Promise.all(calls);
-}
-
 export function StopButton() {
   const console = useConsole();
   const { attempt, Failure } = useAttempt();
   const systems = shownRobots(console);
-  const stop = () => attempt(() => stopRobots(console, systems));
+  const stop = () => attempt(() => stopRobots(console.client, console.fleet, systems));
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
       if (event.key === 'Escape' && event.shiftKey) void stop();

@@ -4,15 +4,13 @@ import { useSignal } from '@preact/signals';
 import { nameOf, useConsole } from '../app/console';
 import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
-import { command } from '../model/commands';
+import { command, noPilot } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { needs } from '../ui/needs';
 import { degrees } from '../ui/quantities';
 import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
-
-export const noPilot = 0xffffff00;
 
 export function ChassisView({ component }: ViewProperties) {
   const console = useConsole();
