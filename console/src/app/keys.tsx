@@ -2,6 +2,7 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
+import { isText } from './focus';
 
 export interface Key {
   key: string;
@@ -72,12 +73,6 @@ const others: [string[], string][] = [
   [['Enter'], 'On the map with an action: choose a place, with arrows, G and H; Enter takes it'],
   [['?'], 'This list'],
 ];
-
-export function isText(target: EventTarget | null): boolean {
-  return (
-    target instanceof HTMLElement && (target.isContentEditable || /^(input|textarea|select)$/i.test(target.tagName))
-  );
-}
 
 function focusFilter(event: KeyboardEvent) {
   const filter = document.querySelector<HTMLElement>('[data-filter]');

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { stickAtRest } from '../tims/joystick';
-import { isAnyOtherKey, stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from './stick';
+import { isAnyOtherKey, stickKey, stickOfGamepad, stickOfKeys, stickOfPad, stickText } from './stick';
 
 test('keys add up, and opposite ones cancel', () => {
   assert.deepEqual(stickOfKeys(new Set(['ArrowUp', 'ArrowLeft']), 30), { x: 30, y: -30, z: 0, buttons: 0 });
@@ -32,8 +32,24 @@ test('the pad rests in its middle and ends at its edge', () => {
   assert.deepEqual(stickOfPad(3, 0, 50), { x: 0, y: 50, z: 0, buttons: 0 });
 });
 
+test('Shift makes sideways of what turns', () => {
+  assert.equal(stickKey({ key: 'Shift', code: 'ShiftLeft' }), 'Shift');
+  assert.deepEqual(stickOfKeys(new Set(['Shift', 'ArrowUp', 'a']), 30), { x: 30, y: 0, z: -30, buttons: 0 });
+  assert.deepEqual(stickOfKeys(new Set(['Shift', 'ArrowRight', 'q']), 30), stickAtRest);
+  assert.deepEqual(stickOfKeys(new Set(['Shift']), 30), stickAtRest);
+});
+
 test('a gamepad that does not rest exactly does not drive', () => {
-  assert.deepEqual(stickOfGamepad([0.1, -0.1, 0.1], 100), stickAtRest);
-  assert.deepEqual(stickOfGamepad([0.5, -1, 0], 100), { x: 100, y: 50, z: 0, buttons: 0 });
-  assert.deepEqual(stickOfGamepad([], 100), stickAtRest);
+  const held = (axes: number[], buttons: boolean[] = []) =>
+    stickOfGamepad({ axes, buttons: buttons.map((pressed) => ({ pressed })) }, 100);
+  assert.deepEqual(held([0.1, -0.1, 0.1]), stickAtRest);
+  assert.deepEqual(held([0.5, -1, 0]), { x: 100, y: 50, z: 0, buttons: 0 });
+  assert.deepEqual(held([0, 0, -0.3, 1]), { x: 0, y: 0, z: -30, buttons: 0 });
+  assert.deepEqual(held([]), stickAtRest);
+  assert.equal(held([], [true, false, false, true, true]).buttons, 9, 'its first four buttons');
+});
+
+test('the stick in words', () => {
+  assert.equal(stickText(stickAtRest), 'forward 0 %, right 0 %, sideways 0 %');
+  assert.equal(stickText({ x: 30, y: -10, z: 5, buttons: 5 }), 'forward 30 %, right −10 %, sideways 5 %, button 1, 3');
 });

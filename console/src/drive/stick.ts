@@ -3,7 +3,7 @@
 import type { StickPosition } from '../tims/joystick';
 import { stickAtRest } from '../tims/joystick';
 
-// Keys that are held: forward and back, to the sides, and with Shift sideways.
+// Keys that are held: forward and back, turning to the sides, and sideways.
 const axes: Record<string, Partial<StickPosition>> = {
   ArrowUp: { x: 1 },
   ArrowDown: { x: -1 },
@@ -25,11 +25,13 @@ const digits: Record<string, string> = {
   Numpad6: 'ArrowRight',
 };
 const buttonKeys = ['F1', 'F2', 'F3', 'F4'];
+const sideways = 'Shift'; // held with what turns
 
-// The name of a key that moves the stick or presses one of its buttons; undefined: it does neither.
+// The name of a key that moves the stick, changes how it moves, or presses one of its buttons; undefined: it does none
+// of these.
 export function stickKey({ key, code }: { key: string; code: string }): string | undefined {
   const name = digits[code] ?? (key.length === 1 ? key.toLowerCase() : key);
-  return axes[name] !== undefined || buttonKeys.includes(name) ? name : undefined;
+  return axes[name] !== undefined || name === sideways || buttonKeys.includes(name) ? name : undefined;
 }
 
 // A key that is none of the stick's stops the robot and takes its pilot away, as in the original: who presses keys in
@@ -50,8 +52,8 @@ export function stickOfKeys(keys: ReadonlySet<string>, speed: number): StickPosi
     sum.y += axis?.y ?? 0;
     sum.z += axis?.z ?? 0;
   }
-  const buttons = buttonKeys.reduce((bits, key, i) => (keys.has(key) ? bits | (1 << i) : bits), 0);
-  return limited({ ...sum, buttons }, speed);
+  const axis = keys.has(sideways) ? { x: sum.x, y: 0, z: sum.z + sum.y } : sum;
+  return limited({ ...axis, buttons: bitsOf(buttonKeys.map((key) => keys.has(key))) }, speed);
 }
 
 // The place of a finger on the pad: -1 to 1, up is forward.
@@ -62,16 +64,32 @@ export function stickOfPad(right: number, up: number, speed: number): StickPosit
   return limited({ x: up * scale, y: right * scale, z: 0, buttons: 0 }, speed);
 }
 
-// A gamepad drives by its left stick, sideways by its right one.
-export function stickOfGamepad(values: readonly number[], speed: number): StickPosition {
+// A gamepad drives by its left stick, sideways by its right one; its first buttons are those of the stick.
+export function stickOfGamepad({ axes: values, buttons }: GamepadHeld, speed: number): StickPosition {
   const axis = (i: number) => {
     const value = values[i] ?? 0;
     return Math.abs(value) < deadZone ? 0 : value;
   };
-  return limited({ x: -axis(1), y: axis(0), z: axis(2), buttons: 0 }, speed);
+  const pressed = buttonKeys.map((_, i) => buttons[i]?.pressed ?? false);
+  return limited({ x: -axis(1), y: axis(0), z: axis(2), buttons: bitsOf(pressed) }, speed);
+}
+
+interface GamepadHeld {
+  axes: readonly number[];
+  buttons: readonly { pressed: boolean }[];
 }
 
 const deadZone = 0.12;
+
+const bitsOf = (pressed: boolean[]) => pressed.reduce((bits, is, i) => (is ? bits | (1 << i) : bits), 0);
+
+// "forward 30 %, right −10 %, sideways 0 %, button 1, 3"
+export function stickText({ x, y, z, buttons }: StickPosition): string {
+  const percent = (value: number) => `${value < 0 ? '−' : ''}${Math.abs(value)} %`;
+  const pressed = buttonKeys.map((_, i) => i + 1).filter((number) => (buttons & (1 << (number - 1))) !== 0);
+  const text = `forward ${percent(x)}, right ${percent(y)}, sideways ${percent(z)}`;
+  return pressed.length === 0 ? text : `${text}, button ${pressed.join(', ')}`;
+}
 
 function limited({ x, y, z, buttons }: StickPosition, speed: number): StickPosition {
   const part = (value: number) => Math.round(Math.min(1, Math.max(-1, value)) * speed) + 0;

@@ -1,9 +1,9 @@
 // Driving a robot by hand: keys, mouse, touch or gamepad. It moves only while something is held.
 
-import { useSignal } from '@preact/signals';
+import { type Signal, useSignal } from '@preact/signals';
 import { useEffect, useMemo, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
-import { isText } from '../app/keys';
+import { isText } from '../app/focus';
 import { route } from '../app/route';
 import {
   askPilots,
@@ -14,12 +14,12 @@ import {
   type StickPilot,
   startPilot,
 } from '../drive/drive';
-import { isAnyOtherKey, stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
+import { Driver } from '../drive/driver';
+import { Stick } from '../drive/stick_view';
 import { firstOf } from '../map/follow';
 import { fittingName } from '../model/console_name';
 import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
-import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
 import { Lamp, stateWord } from '../ui/lamp';
 import { Hindrance } from '../ui/login';
 import { needs } from '../ui/needs';
@@ -29,7 +29,6 @@ import { ChassisSpeed } from '../views/chassis_view';
 import { HoldButton } from '../views/parts';
 import { ScanSight } from '../views/scan_view';
 
-const renewPeriod = 50; // ms; the worker lets the stick go after 250
 const holderPeriod = 1000;
 const askAgainTime = 1000;
 const takeOverTime = 1000;
@@ -39,7 +38,7 @@ export function DrivePage() {
   const robots = console.fleet.robots.value.filter((robot) => firstOf(robot, 'Chassis') !== undefined);
   const system = route.value.arguments[0];
   const robot = robots.find((each) => `${each.system}` === system);
-  if (robot !== undefined) return <DriveRobot robot={robot} />;
+  if (robot !== undefined) return <DriveRobot key={robot.system} robot={robot} />;
   return (
     <section class="empty">
       <h1>{system === undefined ? 'Which robot?' : `Robot ${system} is not here, or has no chassis`}</h1>
@@ -57,8 +56,11 @@ export function DrivePage() {
 
 function DriveRobot({ robot }: { robot: Robot }) {
   const console = useConsole();
-  const driven = useSignal<StickPilot | undefined>(undefined);
   const trouble = useSignal('');
+  const driver = useDriver(robot, (why) => {
+    trouble.value = `You no longer drive: ${why}.`;
+  });
+  const driven = driver.driven.value;
   const report = useSignal('');
   const busy = useSignal(false);
   const speed = useSignal(30);
@@ -67,8 +69,8 @@ function DriveRobot({ robot }: { robot: Robot }) {
   useEffect(() => console.fleet.watch(robot.components.map(({ address }) => address)), [signature]);
   // The stick is lost with the connection; whoever comes back takes it anew.
   const stick = console.client.stick.value;
-  if (driven.value !== undefined && stick === undefined && !busy.value) {
-    driven.value = undefined;
+  if (driven !== undefined && stick === undefined && !busy.value) {
+    driver.lose();
     trouble.value = 'The stick is released: the connection was lost.';
   }
   const attempt = async (action: () => Promise<void>) => {
@@ -82,49 +84,24 @@ function DriveRobot({ robot }: { robot: Robot }) {
     }
     busy.value = false;
   };
-  const lost = (why: string) => {
-    driven.value = undefined;
-    trouble.value = `You no longer drive: ${why}.`;
-  };
-  const begin = (pilot: StickPilot, over: boolean) =>
-    attempt(async () => {
-      const before = driven.value;
-      driven.value = undefined;
-      if (before !== undefined) await endDriving(console, robot, before);
-      await beginDriving(console, robot, pilot, { over, ended: lost });
-      driven.value = pilot;
-    });
+  const begin = (pilot: StickPilot, over: boolean) => attempt(() => driver.begin(pilot, over));
+  const end = () => attempt(() => driver.end());
   // A pilot that drives by itself.
   const start = (pilot: Component) =>
     attempt(async () => {
-      const before = driven.value;
-      driven.value = undefined;
-      if (before !== undefined) await endDriving(console, robot, before);
+      await driver.end();
       await startPilot(console, robot, pilot);
       report.value = `${nameOf(console, pilot.address)} drives.`;
     });
   const all = pilotsOf(robot);
   const keyOf = (pilot: Component) => `${all.indexOf(pilot) + 1}`;
-  const other = useHolder(robot, driven.value === undefined);
-  const end = () =>
-    attempt(async () => {
-      const pilot = driven.value;
-      driven.value = undefined;
-      if (pilot !== undefined) await endDriving(console, robot, pilot);
-    });
-  useEffect(
-    () => () => {
-      const pilot = driven.peek();
-      if (pilot !== undefined) void endDriving(console, robot, pilot).catch(() => {});
-    },
-    [robot.system],
-  );
+  const other = useHolder(robot, driven === undefined);
   // A digit chooses a pilot, as in the original.
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
       if (isText(event.target) || event.ctrlKey || event.altKey || event.metaKey || busy.peek()) return;
       const chosen = /^Digit[1-9]$/.test(event.code) ? all[Number(event.key) - 1] : undefined;
-      if (chosen === undefined || chosen === driven.peek()?.pilot || other !== undefined) return;
+      if (chosen === undefined || chosen === driver.driven.peek()?.pilot || other !== undefined) return;
       const stick = pilots.byStick.find(({ pilot }) => pilot === chosen);
       if (stick === undefined && !pilots.byThemselves.includes(chosen)) return;
       void (stick === undefined ? start(chosen) : begin(stick, false));
@@ -136,7 +113,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
     <section class="drive-page">
       <div class="tools">
         <h1>Drive robot {robot.system}</h1>
-        {driven.value === undefined ? (
+        {driven === undefined ? (
           pilots.byStick.map((each) =>
             other === undefined ? (
               <button
@@ -180,12 +157,12 @@ function DriveRobot({ robot }: { robot: Robot }) {
           ))}
         {busy.value && <span role="status">One moment …</span>}
         <span class="small" role="status">
-          {driven.value !== undefined ? 'You drive.' : report.value}
+          {driven !== undefined ? 'You drive.' : report.value}
           {other !== undefined &&
             `${whoIs(other.holder, console.leases.name.value)} drives this robot, for ${age(other.age_s)}.`}
         </span>
         <span class="grow" />
-        {driven.value === undefined && <YourName />}
+        {driven === undefined && <YourName />}
         <label>
           Speed <strong>{speed.value} %</strong>{' '}
           <input
@@ -216,10 +193,30 @@ function DriveRobot({ robot }: { robot: Robot }) {
       )}
       <div class="drive-views">
         <Views robot={robot} />
-        <Stick active={driven.value !== undefined} speed={speed.value} robot={robot} noPilot={() => void end()} />
+        <Operation robot={robot} active={driven !== undefined} speed={speed} endPilot={() => void end()} />
       </div>
     </section>
   );
+}
+
+// Ends when the page is left.
+function useDriver(robot: Robot, lost: (why: string) => void): Driver {
+  const console = useConsole();
+  const now = useRef({ robot, lost });
+  now.current = { robot, lost };
+  const driver = useMemo(() => {
+    const ended = (why: string) => {
+      made.lose();
+      now.current.lost(why);
+    };
+    const made = new Driver({
+      begin: (pilot, over) => beginDriving(console, now.current.robot, pilot, { over, ended }),
+      end: (pilot) => endDriving(console, now.current.robot, pilot),
+    });
+    return made;
+  }, []);
+  useEffect(() => () => driver.leave(), []);
+  return driver;
 }
 
 // Those that do not answer are asked again.
@@ -328,137 +325,25 @@ function Views({ robot }: { robot: Robot }) {
   );
 }
 
-interface StickProperties {
-  active: boolean;
-  speed: number;
+interface OperationProperties {
   robot: Robot;
-  noPilot: () => void;
+  active: boolean;
+  speed: Signal<number>;
+  endPilot: () => void;
 }
 
-// The pad, the keys and the gamepad write to one position, which is renewed while it is not zero.
-function Stick({ active, speed, robot, noPilot }: StickProperties) {
-  const { client } = useConsole();
-  const shown = useSignal<StickPosition>(stickAtRest);
-  const held = useMemo(() => new Set<string>(), []);
-  const finger = useRef<{ right: number; up: number } | undefined>(undefined);
+function Operation({ robot, active, speed, endPilot }: OperationProperties) {
   const chassis = firstOf(robot, 'Chassis');
-
-  useEffect(() => {
-    if (!active) return;
-    let sentRest = true;
-    const renew = () => {
-      const position = positionNow(held, finger.current, speed);
-      shown.value = position;
-      if (isAtRest(position) && sentRest) return;
-      client.moveStick(position);
-      sentRest = isAtRest(position);
-    };
-    const letGo = () => {
-      held.clear();
-      finger.current = undefined;
-      renew();
-    };
-    const hidden = () => document.hidden && letGo();
-    const down = (event: KeyboardEvent) => {
-      if (isText(event.target) || event.ctrlKey || event.metaKey) return;
-      if (event.key === ' ') letGo();
-      else {
-        const key = stickKey(event);
-        if (key === undefined) {
-          const isDigit = /^Digit[1-9]$/.test(event.code); // another pilot
-          if (isDigit || event.altKey || !isAnyOtherKey(event)) return;
-          letGo();
-          noPilot();
-          return;
-        }
-        held.add(key);
-      }
-      event.preventDefault();
-      renew();
-    };
-    const up = (event: KeyboardEvent) => {
-      const key = stickKey(event);
-      if (key !== undefined && held.delete(key)) renew();
-    };
-    const timer = setInterval(renew, renewPeriod);
-    addEventListener('keydown', down);
-    addEventListener('keyup', up);
-    addEventListener('blur', letGo);
-    document.addEventListener('visibilitychange', hidden);
-    return () => {
-      letGo();
-      clearInterval(timer);
-      removeEventListener('keydown', down);
-      removeEventListener('keyup', up);
-      removeEventListener('blur', letGo);
-      document.removeEventListener('visibilitychange', hidden);
-    };
-  }, [active, speed]);
-
   return (
     <div class="drive-stick">
-      <Pad active={active} position={shown.value} move={(place) => (finger.current = place)} />
+      <Stick active={active} speed={speed} endPilot={endPilot} />
       {chassis !== undefined && <ChassisSpeed component={chassis} />}
       <Troubles robot={robot} />
       <p class="small faint">
         {active
-          ? 'Hold the pad, the arrow keys, W A S D, the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once, any other key also ends the pilot.'
+          ? 'Hold the pad, the arrow keys, W A S D, the block of digits or a gamepad’s stick. Q and E, or turning with Shift, go sideways; F1 to F4 and a gamepad’s first buttons are those of the stick. It stops when you let go; Space stops at once, any other key also ends the pilot.'
           : 'Choose a pilot above to drive.'}
       </p>
-    </div>
-  );
-}
-
-function positionNow(
-  held: Set<string>,
-  finger: { right: number; up: number } | undefined,
-  speed: number,
-): StickPosition {
-  if (finger !== undefined) return stickOfPad(finger.right, finger.up, speed);
-  if (held.size > 0) return stickOfKeys(held, speed);
-  const gamepad = navigator.getGamepads().find((pad) => pad?.connected);
-  return gamepad ? stickOfGamepad(gamepad.axes, speed) : stickAtRest;
-}
-
-interface PadProperties {
-  active: boolean;
-  position: StickPosition;
-  move: (place: { right: number; up: number } | undefined) => void;
-}
-
-function Pad({ active, position, move }: PadProperties) {
-  const pad = useRef<HTMLDivElement>(null);
-  const place = (event: PointerEvent) => {
-    const box = pad.current?.getBoundingClientRect();
-    if (box === undefined) return;
-    move({
-      right: (2 * (event.clientX - box.left)) / box.width - 1,
-      up: 1 - (2 * (event.clientY - box.top)) / box.height,
-    });
-  };
-  const isHeld = useRef(false);
-  const end = () => {
-    isHeld.current = false;
-    move(undefined);
-  };
-  return (
-    <div
-      ref={pad}
-      class={`pad ${active ? '' : 'inactive'}`}
-      role="application"
-      aria-label="Stick: hold to drive"
-      onPointerDown={(event) => {
-        if (!active) return;
-        event.currentTarget.setPointerCapture(event.pointerId);
-        isHeld.current = true;
-        place(event);
-      }}
-      onPointerMove={(event) => isHeld.current && place(event)}
-      onPointerUp={end}
-      onPointerCancel={end}
-      onLostPointerCapture={end}
-    >
-      <span class="knob" style={{ left: `${50 + position.y / 2}%`, top: `${50 - position.x / 2}%` }} />
     </div>
   );
 }

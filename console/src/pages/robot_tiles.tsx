@@ -4,7 +4,7 @@ import { type Signal, useSignal } from '@preact/signals';
 import type { RefObject } from 'preact';
 import { useCallback, useEffect, useMemo, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
-import { isText } from '../app/keys';
+import { isText } from '../app/focus';
 import { route } from '../app/route';
 import { findMessage } from '../codec/catalogue';
 import { type Component, type Robot, shortName } from '../model/fleet';

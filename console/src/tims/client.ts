@@ -15,7 +15,7 @@ import type { StreamState } from './stream_requests';
 import type { FromWorker, ToWorker } from './worker_messages';
 
 export interface Connection {
-  state: 'connecting' | 'connected' | 'lost';
+  state: 'connecting' | 'connected' | 'lost' | 'failed'; // failed: until the page is loaded again
   router: RouterInfo | undefined; // the last one
   since: number; // performance.now()
   why: string;
@@ -42,11 +42,15 @@ export class Client {
   private readonly roundTripSignal = signal<number | undefined>(undefined);
   private readonly rateSignal = signal(0);
   readonly stick = signal<number | undefined>(undefined);
+  private readonly slowLineSignal = signal(false);
   private readonly states = new Map<number, Signal<StreamState | undefined>>();
   private readonly rates = new Map<number, Signal<StreamRate | undefined>>();
   private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
   private readonly pending = new Map<number, Pending>();
   private readonly drawn: number[] = []; // streams whose sample waits for the frame that shows it
+  private readonly broken = new Set<number>(); // streams with a receiver that has thrown
+  private isHeard = false; // the worker has begun
+  private failure: string | undefined;
   private nextId = 1;
   private onHop: ((record: string) => void) | undefined;
 
@@ -55,7 +59,8 @@ export class Client {
     url: string,
   ) {
     worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.take(data);
-    this.post({ do: 'connect', url });
+    worker.onerror = () => this.fail();
+    this.post({ do: 'connect', url, origin: performance.timeOrigin });
   }
 
   get connection(): ReadonlySignal<Connection> {
@@ -70,6 +75,11 @@ export class Client {
   // What comes from the router, in bytes a second.
   get rate(): ReadonlySignal<number> {
     return this.rateSignal;
+  }
+
+  // The router answers so late that the stick rests until it answers faster.
+  get slowLine(): ReadonlySignal<boolean> {
+    return this.slowLineSignal;
   }
 
   call(dest: number, type: number, body = new Uint8Array(), timeout = callTime, priority = 0): Promise<Answer> {
@@ -179,6 +189,7 @@ export class Client {
   }
 
   private answered(message: (id: number) => ToWorker): Promise<Answer> {
+    if (this.failure !== undefined) return Promise.reject(new Error(this.failure));
     const id = this.nextId++;
     return new Promise((resolve, reject) => {
       this.pending.set(id, { resolve, reject });
@@ -186,7 +197,17 @@ export class Client {
     });
   }
 
+  // An error of a worker that has begun does not end it: the browser reports it.
+  private fail(): void {
+    if (this.isHeard) return;
+    this.failure = 'a part of this page, its worker, does not start';
+    for (const { reject } of this.pending.values()) reject(new Error(this.failure));
+    this.pending.clear();
+    this.enter('failed', undefined, this.failure);
+  }
+
   private take(event: FromWorker): void {
+    this.isHeard = true;
     switch (event.is) {
       case 'connected':
         this.enter('connected', event.router, '');
@@ -219,6 +240,9 @@ export class Client {
       case 'stick':
         this.stick.value = event.address;
         break;
+      case 'slowLine':
+        this.slowLineSignal.value = event.slow;
+        break;
       case 'answer':
         this.settle(event.id)?.resolve(event.answer);
         break;
@@ -243,10 +267,15 @@ export class Client {
     return pending;
   }
 
-  // The next one is asked for when this one has been drawn.
+  // The next one is asked for when this one has been drawn, or cannot be.
   private deliver(sample: Sample): void {
-    const receivers = this.receivers.get(sample.component);
-    if (receivers !== undefined) for (const receiver of [...receivers.values()]) receiver(sample);
+    for (const receiver of [...(this.receivers.get(sample.component)?.values() ?? [])])
+      try {
+        receiver(sample);
+      } catch (error) {
+        if (!this.broken.has(sample.component)) reportError(error);
+        this.broken.add(sample.component);
+      }
     if (sample.received > 0 && this.drawn.push(sample.component) === 1)
       requestAnimationFrame(() => this.post({ do: 'taken', components: this.drawn.splice(0) }));
   }

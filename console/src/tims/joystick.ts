@@ -50,10 +50,6 @@ export class Joystick {
     if (!isAtRest(position)) this.zeros = zeroRepeats;
   }
 
-  get listened(): boolean {
-    return this.listeners.size > 0;
-  }
-
   // A command of another component.
   answer(header: Header, body: Uint8Array, now: number): StickMessage[] {
     const reply = (type: number, content?: Uint8Array): StickMessage[] => [

@@ -6,7 +6,7 @@ import { encodeMessage, flags, types } from './header';
 export interface Sample {
   component: number;
   message: Uint8Array<ArrayBuffer>;
-  at: number; // arrival, ms
+  at: number; // arrival, by performance.now() of the page
   received: number; // samples of this stream since it began
   skipped: number; // of these, replaced before the page took them
 }

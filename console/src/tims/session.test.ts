@@ -14,6 +14,7 @@ type Sent = { header: Header; body: Uint8Array };
 class FakeSocket {
   isOpen = false;
   opened = 0;
+  unsent = 0;
   sent: Sent[] = [];
   open() {
     this.isOpen = true;
@@ -42,6 +43,7 @@ class Fixture {
   control = new FakeSocket();
   data = new FakeSocket();
   events: SessionEvent[] = [];
+  pings: number[] = []; // that are not answered
   session = new Session(
     { control: this.control, data: this.data },
     (event) => this.events.push(event),
@@ -403,6 +405,105 @@ test('a stick that nobody moves any longer springs back after 250 ms, and zero i
   const zeros = fixture.control.sent.filter(({ header }) => header.type === types.data);
   assert(zeros.length >= 3);
   assert(zeros.every((sent) => position(sent)[0] === 0));
+});
+
+const held = { x: 50, y: 0, z: 0, buttons: 0 };
+
+// Somebody holds the stick; the router answers to signs of life after `delay` ms, or never.
+function hold(fixture: Fixture, time: number, delay = Number.POSITIVE_INFINITY) {
+  const positions: number[] = [];
+  for (const end = fixture.now + time; fixture.now < end; ) {
+    fixture.pass(25);
+    fixture.session.moveStick(held, fixture.now);
+    for (const sent of fixture.control.sent.splice(0)) {
+      if (sent.header.type === types.data) positions.push(position(sent)[0]!);
+      if (sent.header.type === types.adminRequest && sent.header.sequence === 0) fixture.pings.push(fixture.now);
+    }
+    while (fixture.now >= (fixture.pings[0] ?? Number.POSITIVE_INFINITY) + delay) {
+      fixture.pings.shift();
+      fixture.receive('control', { type: types.adminReply });
+    }
+  }
+  return positions;
+}
+
+test('while the line takes nothing the stick is not sent, then its newest position only', async () => {
+  const fixture = await withStick();
+  listen(fixture, 50);
+  hold(fixture, 200, 25);
+  fixture.control.unsent = 48;
+  assert.deepEqual(hold(fixture, 200, 25), []);
+  fixture.session.moveStick({ ...held, x: 10 }, fixture.now);
+  fixture.session.moveStick({ ...held, x: 20 }, fixture.now);
+  fixture.control.unsent = 0;
+  fixture.pass(25);
+  assert.deepEqual(position(fixture.control.take(types.data)), [20, 0]);
+  assert(!fixture.control.has(types.data));
+});
+
+test('the stick rests when the line has taken nothing for 0.3 s, until it is free', async () => {
+  const fixture = await withStick();
+  listen(fixture, 50);
+  hold(fixture, 200, 25);
+  fixture.control.unsent = 48;
+  hold(fixture, 300, 25);
+  assert.equal(fixture.last('slowLine'), undefined);
+  hold(fixture, 50, 25);
+  assert.equal(fixture.last('slowLine')?.slow, true);
+  fixture.session.releaseStick();
+  assert.equal(fixture.last('slowLine')?.slow, false, 'nobody drives');
+});
+
+test('what was held while the line took nothing for 0.3 s arrives as zero', async () => {
+  const fixture = await withStick();
+  listen(fixture, 50);
+  hold(fixture, 200, 25);
+  fixture.control.unsent = 48;
+  hold(fixture, 400, 25);
+  fixture.control.unsent = 0;
+  fixture.pass(25);
+  assert.deepEqual(position(fixture.control.take(types.data)), [0, 0]);
+  assert.equal(fixture.last('slowLine')?.slow, false);
+  assert.deepEqual(hold(fixture, 200, 25).at(-1), 50, 'it is still held');
+});
+
+test('the stick rests when the router needs more than 0.3 s to answer, until it is faster', async () => {
+  const fixture = await withStick();
+  listen(fixture, 50);
+  assert(
+    hold(fixture, 1000, 200)
+      .slice(1)
+      .every((x) => x === 50),
+  );
+  assert.equal(fixture.last('slowLine'), undefined);
+  const before = hold(fixture, 425);
+  assert.deepEqual(before.slice(-3), [0, 0, 0], 'it is known 0.4 s after the last answer');
+  assert.equal(fixture.last('slowLine')?.slow, true);
+  assert(
+    hold(fixture, 2000, 400).every((x) => x === 0),
+    'it answers, but late',
+  );
+  hold(fixture, 500, 100);
+  assert.equal(fixture.last('slowLine')?.slow, false);
+  assert(hold(fixture, 200, 100).every((x) => x === 50));
+});
+
+test('signs of life are asked for ten times a second while somebody drives, and told once a second', async () => {
+  const fixture = await withStick();
+  hold(fixture, 2000, 25);
+  fixture.receive('control', { type: types.adminReply });
+  const told = () => fixture.events.filter(({ is }) => is === 'roundTrip').length;
+  assert(told() >= 1 && told() <= 3, `${told()}`);
+  const asked = () => fixture.control.sent.filter(({ header }) => header.type === types.adminRequest).length;
+  fixture.pass(100);
+  fixture.receive('control', { type: types.adminReply });
+  fixture.pass(100);
+  assert.equal(asked(), 2);
+  fixture.receive('control', { type: types.adminReply });
+  fixture.session.releaseStick();
+  fixture.control.sent = [];
+  fixture.pass(1800);
+  assert.equal(asked(), 0);
 });
 
 test('the stick answers as a component does', async () => {

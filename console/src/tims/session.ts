@@ -1,13 +1,16 @@
 // The console's end of TiMS: two connections to the router, since a large message on its way cannot be overtaken
 // within one. Commands, their answers and the stick go over `control`, the data of components come over `data`.
 //
+// The stick is worth nothing when it comes late. While the line has not taken what was sent before, its position is not
+// sent: the newest one goes when the line is free. While the router needs more than 0.3 s to answer, the stick rests.
+//
 // Pure: time comes in as milliseconds, bytes and events go out through what the constructor is given.
 
 import { classId } from '../codec/catalogue';
 import { fieldsOf, originalWidths } from './address';
 import { type Answer, CallFailure, Calls } from './calls';
 import { flags, type Header, headerSize, keepNewest, routerCommands, types, wordAt, wordBody } from './header';
-import { Joystick, type StickPosition } from './joystick';
+import { Joystick, type StickPosition, stickAtRest } from './joystick';
 import { keptSample, NewestSamples, type Sample } from './newest';
 import { type RouterInfo, Socket, type Wire } from './socket';
 import { StreamDrops, type StreamRate } from './stream_drops';
@@ -21,6 +24,7 @@ export type SessionEvent =
   | { is: 'sample'; sample: Sample }
   | { is: 'stream'; component: number; state: StreamState }
   | { is: 'stick'; address: number | undefined; why?: string }
+  | { is: 'slowLine'; slow: boolean } // the stick rests, whatever moves it
   | { is: 'drops'; component: number; rate: StreamRate | undefined }
   | { is: 'hop'; record: string }
   | { is: 'text'; sender: number; type: number; flags: number; body: Uint8Array };
@@ -38,6 +42,8 @@ const registerTime = 2000;
 const ratePeriod = 1000; // ms
 const questionTime = 2000;
 const dropsPeriod = 2000;
+const roundTripPeriod = 1000;
+const stickDelayMax = 300;
 
 export class Session {
   private control: Socket;
@@ -49,6 +55,8 @@ export class Session {
   private drops = new StreamDrops();
   private dropsAt = 0; // when the router is asked for them
   private joystick: Joystick | undefined;
+  private isSlow = false;
+  private roundTripAt = 0; // when it was told last
   private sink: number | undefined;
   private connected = false;
   private widths = originalWidths;
@@ -64,7 +72,7 @@ export class Session {
     const events = (message: (header: Header, bytes: Uint8Array<ArrayBuffer>, now: number) => void) => ({
       ready: (router: RouterInfo, _mailbox: number, now: number) => this.ready(router, now),
       lost: (why: string, now: number) => this.lost(why, now),
-      roundTrip: (milliseconds: number) => this.post({ is: 'roundTrip', milliseconds }),
+      roundTrip: (milliseconds: number, now: number) => this.tellRoundTrip(milliseconds, now),
       message: (header: Header, bytes: Uint8Array<ArrayBuffer>, now: number) => {
         this.received += bytes.length;
         message(header, bytes, now);
@@ -94,14 +102,21 @@ export class Session {
     this.calls.expire(now);
     this.rate(now);
     if (!this.connected) return;
+    this.watchLine(now);
+    this.sendStick(now);
     for (const request of this.streams.due(now)) this.request(request);
     if (this.streams.size > 0 && now >= this.dropsAt) this.askDrops(now);
-    for (const { header, body } of this.joystick?.due(now) ?? []) this.control.send(header, body);
   }
 
   // New connections instead of these: they prove that the router can be reached now.
   reconnect(now: number): void {
     this.lost('connecting anew', now);
+  }
+
+  private tellRoundTrip(milliseconds: number, now: number): void {
+    if (now < this.roundTripAt + roundTripPeriod) return;
+    this.roundTripAt = now;
+    this.post({ is: 'roundTrip', milliseconds });
   }
 
   private rate(now: number): void {
@@ -153,19 +168,43 @@ export class Session {
     const answer = await this.routerCall(routerCommands.registerMailbox, address, now);
     if (answer.type !== types.ok) throw new CallFailure('somebody else has this joystick');
     this.joystick = new Joystick(address, this.clock);
+    this.control.isWatched = true;
     this.post({ is: 'stick', address });
   }
 
   releaseStick(): void {
     if (this.joystick === undefined) return;
     this.control.send({ type: routerCommands.deleteMailbox }, wordBody(this.joystick.address));
+    this.dropStick();
+  }
+
+  private dropStick(why?: string): void {
     this.joystick = undefined;
-    this.post({ is: 'stick', address: undefined });
+    this.control.isWatched = false;
+    this.setSlow(false);
+    this.post({ is: 'stick', address: undefined, ...(why !== undefined && { why }) });
   }
 
   moveStick(position: StickPosition, now: number): void {
-    this.joystick?.move(position, now);
-    for (const { header, body } of this.joystick?.due(now) ?? []) this.control.send(header, body);
+    this.joystick?.move(this.isSlow ? stickAtRest : position, now);
+    this.sendStick(now);
+  }
+
+  private sendStick(now: number): void {
+    if (this.joystick === undefined || this.control.isBlocked) return;
+    for (const { header, body } of this.joystick.due(now)) this.control.send(header, body);
+  }
+
+  private watchLine(now: number): void {
+    if (this.joystick === undefined) return;
+    this.setSlow(this.control.delay(now) > stickDelayMax);
+    if (this.isSlow) this.joystick.move(stickAtRest, now);
+  }
+
+  private setSlow(slow: boolean): void {
+    if (slow === this.isSlow) return;
+    this.isSlow = slow;
+    this.post({ is: 'slowLine', slow });
   }
 
   // The mailbox that all components send their texts to. One owner at a router: false if somebody else has it.
@@ -241,10 +280,7 @@ export class Session {
     this.connected = false;
     this.sink = undefined;
     this.calls.fail(`the connection to the router is lost: ${why}`);
-    if (this.joystick !== undefined) {
-      this.joystick = undefined;
-      this.post({ is: 'stick', address: undefined, why: 'the connection is lost' });
-    }
+    if (this.joystick !== undefined) this.dropStick('the connection is lost');
     // Neither goes on without the other: the streams' receiver and their sender's partner are one console.
     for (const socket of [this.control, this.data]) socket.restart(now);
     this.post({ is: 'lost', why });

@@ -21,6 +21,7 @@ export interface Wire {
   open(): void;
   close(): void;
   send(message: Uint8Array<ArrayBuffer>): void;
+  readonly unsent: number; // bytes that send() has taken and the line has not
 }
 
 export interface SocketEvents {
@@ -28,7 +29,7 @@ export interface SocketEvents {
   lost(why: string, now: number): void;
   // A message that is not for this class.
   message(header: Header, message: Uint8Array<ArrayBuffer>, now: number): void;
-  roundTrip(milliseconds: number): void;
+  roundTrip(milliseconds: number, now: number): void;
 }
 
 type Phase = 'waiting' | 'opening' | 'asking' | 'registering' | 'ready';
@@ -37,6 +38,7 @@ const pauseMin = 200;
 const pauseMax = 1500;
 const setUpTime = 5000;
 const pingPeriod = 2000;
+const closePingPeriod = 100;
 const pingTime = 4000;
 
 export class Socket {
@@ -46,8 +48,13 @@ export class Socket {
   private pause = pauseMin;
   private openAt = 0;
   private deadline = 0;
-  private pingAt = 0;
-  private pingSentAt: number | undefined;
+  private pingAt = 0; // the last one was sent
+  private pingSentAt: number | undefined; // it is not answered yet
+  private roundTrip = 0;
+  private blockedAt: number | undefined; // since when the line has not taken all
+
+  // Signs of life are asked for so often that delay() is known within a tenth of a second.
+  isWatched = false;
 
   constructor(
     private wire: Wire,
@@ -63,6 +70,8 @@ export class Socket {
       this.deadline = now + setUpTime;
       this.wire.open();
     } else if (this.phase === 'ready') {
+      if (!this.isBlocked) this.blockedAt = undefined;
+      else this.blockedAt ??= now;
       this.ping(now);
     } else if (now >= this.deadline) {
       this.end('the router does not answer', now);
@@ -87,9 +96,21 @@ export class Socket {
     if (header.type === types.adminReply && this.phase === 'asking') return this.introduce(message, now);
     if (this.phase === 'registering') return this.registered(header, now);
     if (header.type === types.adminReply && this.pingSentAt !== undefined) {
-      this.events.roundTrip(now - this.pingSentAt);
+      this.roundTrip = now - this.pingSentAt;
+      this.events.roundTrip(this.roundTrip, now);
       this.pingSentAt = undefined;
     }
+  }
+
+  // What is sent now waits for something that the line has not taken yet.
+  get isBlocked(): boolean {
+    return this.wire.unsent > 0;
+  }
+
+  // For how long, in ms, what is sent now is under way until the router has answered it, as far as is known: the last
+  // sign of life took as long, or one is waited for as long, or the line has taken nothing for as long.
+  delay(now: number): number {
+    return Math.max(this.roundTrip, now - (this.pingSentAt ?? now), now - (this.blockedAt ?? now));
   }
 
   // Gives the connection up and opens it again.
@@ -138,17 +159,19 @@ export class Socket {
     if (header.type !== types.ok) return;
     this.phase = 'ready';
     this.pause = pauseMin;
-    this.pingAt = now + pingPeriod;
+    this.pingAt = now;
     this.pingSentAt = undefined;
+    this.roundTrip = 0;
+    this.blockedAt = undefined;
     this.events.ready(this.router, this.mailbox, now);
   }
 
   private ping(now: number): void {
     if (this.pingSentAt !== undefined) {
       if (now >= this.pingSentAt + pingTime) this.end('the router does not answer', now);
-    } else if (now >= this.pingAt) {
+    } else if (now >= this.pingAt + (this.isWatched ? closePingPeriod : pingPeriod)) {
       this.pingSentAt = now;
-      this.pingAt = now + pingPeriod;
+      this.pingAt = now;
       this.ask('ping');
     }
   }

@@ -1,6 +1,7 @@
 // The worker of a page: sockets, clock and the session. It runs beside the page, so that a busy page stops neither
 // the stick nor the answers.
 
+import { clockOf } from './clock';
 import { types } from './header';
 import { Session } from './session';
 import type { Wire } from './socket';
@@ -10,7 +11,7 @@ declare const self: DedicatedWorkerGlobalScope;
 
 const tickTime = 25; // ms
 
-const now = () => performance.now();
+let now = clockOf(performance.timeOrigin);
 const post = (message: FromWorker, transfer: Transferable[] = []) => self.postMessage(message, transfer);
 
 // TiMS time: ms since midnight UTC.
@@ -42,6 +43,9 @@ function wireTo(url: string, name: 'control' | 'data'): Wire {
     send(message) {
       if (socket?.readyState === WebSocket.OPEN) socket.send(message);
     },
+    get unsent() {
+      return socket?.bufferedAmount ?? 0;
+    },
   };
 }
 
@@ -57,7 +61,10 @@ function connect(url: string): void {
 }
 
 self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
-  if (data.do === 'connect') return connect(data.url);
+  if (data.do === 'connect') {
+    now = clockOf(data.origin);
+    return connect(data.url);
+  }
   if (session === undefined) return;
   switch (data.do) {
     case 'call':

@@ -5,7 +5,7 @@ import type { StickPosition } from './joystick';
 import type { SessionEvent } from './session';
 
 export type ToWorker =
-  | { do: 'connect'; url: string }
+  | { do: 'connect'; url: string; origin: number } // performance.timeOrigin of the page, whose clock both have
   | {
       do: 'call';
       id: number;

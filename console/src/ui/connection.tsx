@@ -10,7 +10,8 @@ export function ConnectionBadge() {
   const { client } = useConsole();
   const { state, router } = client.connection.value;
   const time = client.roundTrip.value;
-  if (state !== 'connected') return <span class="badge bad">{state === 'lost' ? 'not connected' : 'connecting'}</span>;
+  if (state !== 'connected')
+    return <span class="badge bad">{state === 'connecting' ? 'connecting' : 'not connected'}</span>;
   return (
     <span class="badge" title={`Router ${router?.name}, version ${router?.version}`}>
       <span class="name">{router?.name}</span>
@@ -49,6 +50,12 @@ export function ConnectionNotice() {
   useEffect(() => {
     if (state === 'lost') void askLogin(); // it may be the login that has ended
   }, [state, why]);
+  if (state === 'failed')
+    return (
+      <p class="notice bad" role="alert">
+        No connection to the router: {why}. Load the page again.
+      </p>
+    );
   if (state !== 'lost') return null;
   return (
     <p class="notice bad" role="alert">
