@@ -253,10 +253,26 @@ test('the router is killed and started: the page says so, and goes on without a 
   await lamp(page, 'Position/0', '(off|on)').waitFor();
   if ((await stateOf(`Position(${sim}/0)`)) === 'off') await lamp(page, 'Position/0', 'off').click();
   await page.getByText('Heading').first().waitFor();
+  await page.evaluate(() => {
+    globalThis.seen = {};
+    const note = () => {
+      const isLost = document.body.textContent.includes('No connection to the router');
+      if (isLost) globalThis.seen.lost ??= Date.now();
+      else if (globalThis.seen.lost !== undefined) globalThis.seen.back ??= Date.now();
+    };
+    new MutationObserver(note).observe(document.body, { subtree: true, childList: true });
+  });
   await host.killRouter();
+  const killed = Date.now();
   await page.getByRole('alert').filter({ hasText: 'No connection to the router' }).waitFor();
+  await page.locator('.tile .stale').waitFor();
   await host.startRouter();
+  const up = Date.now();
   await page.getByRole('alert').filter({ hasText: 'No connection' }).waitFor({ state: 'detached' });
+  const { lost, back } = await page.evaluate(() => globalThis.seen);
+  console.log(`lost after ${lost - killed} ms, back after ${back - up} ms`);
+  assert(lost - killed < 1000, `it says so after ${lost - killed} ms`);
+  assert(back - up < 2000, `it is back ${back - up} ms after the router`);
   await lamp(page, 'Position/0', 'on').waitFor();
   await page.getByText(/These data are .* old/).waitFor({ state: 'detached' });
   await watched.close(['WebSocket', 'ERR_CONNECTION_REFUSED', 'Failed to load resource']);

@@ -72,18 +72,59 @@ export function freePort() {
   });
 }
 
-// A line between a browser and a router that can be cut.
+// One direction of a line: what several connections send shares its rate, and arrives later.
+class Way {
+  waiting = []; // { bytes, to, from }, one of each sender: it sends more when this has left
+  flying = []; // { bytes, to, at }
+  freeAt = 0;
+
+  constructor(line) {
+    this.line = line;
+  }
+
+  take(bytes, from, to) {
+    from.pause();
+    this.waiting.push({ bytes, from, to });
+    this.go();
+  }
+
+  go() {
+    clearTimeout(this.timer);
+    const now = performance.now();
+    const { rate, delay, isStalled } = this.line;
+    if (isStalled) return;
+    while (this.waiting.length > 0 && this.freeAt <= now) {
+      const { bytes, from, to } = this.waiting.shift();
+      this.freeAt = Math.max(this.freeAt, now - 1) + (1000 * bytes.length) / rate;
+      this.flying.push({ bytes, to, at: this.freeAt + delay });
+      from.resume();
+    }
+    while (this.flying.length > 0 && this.flying[0].at <= now) {
+      const { bytes, to } = this.flying.shift();
+      if (!to.destroyed) to.write(bytes);
+    }
+    const next = Math.min(this.waiting.length > 0 ? this.freeAt : Infinity, this.flying[0]?.at ?? Infinity);
+    if (next < Infinity) this.timer = setTimeout(() => this.go(), next - now);
+  }
+}
+
+// A line between a browser and a router that can be cut, stalled and slow.
 export class Line {
   sockets = new Set();
+  rate = Infinity; // bytes a second, in each direction
+  delay = 0; // ms, in each direction
+  isStalled = false;
 
   static start(port) {
     const line = new Line();
+    const ways = [new Way(line), new Way(line)];
+    line.ways = ways;
     line.server = createServer((near) => {
       if (line.isCut) return near.destroy();
       const far = connect(port, '127.0.0.1');
-      for (const [from, to] of [
-        [near, far],
-        [far, near],
+      for (const [from, to, way] of [
+        [near, far, ways[0]],
+        [far, near, ways[1]],
       ]) {
         line.sockets.add(from);
         from.on('error', () => {});
@@ -91,7 +132,7 @@ export class Line {
           line.sockets.delete(from);
           to.destroy();
         });
-        from.pipe(to);
+        from.on('data', (bytes) => way.take(bytes, from, to));
       }
     });
     return new Promise((resolve) => line.server.listen(0, '127.0.0.1', () => resolve(line)));
@@ -110,8 +151,19 @@ export class Line {
     this.isCut = false;
   }
 
+  // Nothing is lost, but nothing arrives until it flows again.
+  stall() {
+    this.isStalled = true;
+  }
+
+  flow() {
+    this.isStalled = false;
+    for (const way of this.ways) way.go();
+  }
+
   end() {
     this.cut();
+    for (const way of this.ways) clearTimeout(way.timer);
     this.server.close();
   }
 }
@@ -261,11 +313,13 @@ export class Watched {
     Watched.left.clear();
   }
 
-  static async open(browser, host, path = '#/fleet', options = {}) {
+  // `init`: what the page does before its own scripts.
+  static async open(browser, host, path = '#/fleet', { init, ...options } = {}) {
     const watched = new Watched();
     watched.troubles = [];
     watched.context = await browser.newContext({ viewport: { width: 1440, height: 900 }, ...options });
     watched.page = await watched.context.newPage();
+    if (init !== undefined) await watched.page.addInitScript(init);
     const { page, troubles } = watched;
     page.on('pageerror', (error) => troubles.push(`${error.message}\n${error.stack}`));
     page.on('console', (message) => message.type() === 'error' && troubles.push(message.text()));
