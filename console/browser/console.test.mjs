@@ -34,6 +34,7 @@ const otherPages = [
   'network',
   'network?tab=links',
   'network?tab=mailboxes',
+  'network?tab=clients',
   'network?tab=explain',
   'network?tab=trace',
   'network?tab=events',

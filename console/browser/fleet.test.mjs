@@ -29,6 +29,22 @@ test('the routers are a tree, and their links are up', async () => {
   await watched.close();
 });
 
+test('who is connected to a router, what routes somebody has set there, and how long it takes to answer', async () => {
+  await base.ask({ ask: 'route_add', match: 'Ladar(9/*)', via: 'robot1' });
+  const watched = await Watched.open(browser, base, '#/network?tab=links');
+  const { page } = watched;
+  await page.getByRole('row', { name: /Ladar\(9\/\*\) robot1/ }).waitFor();
+  await page.getByRole('button', { name: 'Ping' }).click();
+  await page.getByText(/^5 answers in /).waitFor();
+  await page.getByRole('tab', { name: 'Clients' }).click();
+  await page
+    .getByRole('row', { name: /browser/ })
+    .first()
+    .waitFor();
+  await base.ask({ ask: 'route_del', match: 'Ladar(9/*)', via: 'robot1' });
+  await watched.close();
+});
+
 test('a robot behind a link is seen and operated', async () => {
   const watched = await Watched.open(browser, base, '#/robot/1?tiles=Scan2d/0');
   const { page } = watched;

@@ -19,16 +19,20 @@ const classOf = (name) => schema.classes.find((each) => each.name === name);
 const made = (name) => Buffer.from(schema.structs.find((struct) => struct.name === name).made, 'hex');
 const component = (name, instance = 0) => swarm.components.get(addressOf(system, classOf(name).id, instance));
 
-// A map of one wall.
-function featureMap() {
+function mapOf(feature) {
   const body = made('FeatureMapData');
   body.writeInt32LE(1, body.length - 4);
+  return Buffer.concat([body, feature]);
+}
+
+// A map of one wall.
+function featureMap() {
   const feature = made('FeatureMapDataPoint');
   for (const [i, value] of [-1000, 1000, 1000, 1000, wall.length, 0, 0, 1].entries())
     feature.writeDoubleLE(value, 8 * i);
   feature.writeInt32LE(wall.layer, 64);
   feature.writeInt32LE(10, 68); // a line
-  return Buffer.concat([body, feature]);
+  return mapOf(feature);
 }
 
 before(async () => {
@@ -104,6 +108,54 @@ test('a wall is deleted', async () => {
   await press(0, 1);
   const { type } = await eventually(() => component('FeatureMap').commands[0], 'the command');
   assert.equal(type, classOf('FeatureMap').messages.find(({ name }) => name === 'DELETE_LINE').type);
+  await watched.close();
+});
+
+test('a wall is moved, and the step taken back; the map is saved', async () => {
+  const { watched, page, map } = await onMap('wall-move');
+  const features = component('FeatureMap');
+  const typeOf = (name) => classOf('FeatureMap').messages.find((message) => message.name === name).type;
+  features.commands.length = 0;
+  await eventually(() => features.listeners.size > 0, 'the map is asked for');
+  const box = await map.boundingBox();
+  const metre = 1000 * Number(await map.getAttribute('data-scale'));
+  const at = (north, east) => [box.x + box.width / 2 + east * metre, box.y + box.height / 2 - north * metre];
+  const moved = async () => {
+    await page.mouse.move(...at(0, 1));
+    await page.mouse.down();
+    await page.mouse.move(...at(0.5, 1.5));
+    await page.mouse.up();
+    return features.commands.find(({ type }) => type === typeOf('DISPLACE_LINE'));
+  };
+  const { body } = await eventually(moved, 'the command');
+  const feature = Buffer.from(body, 'hex').subarray(4, 4 + made('FeatureMapDataPoint').length);
+  const [x, y, x2, y2] = [0, 1, 2, 3].map((i) => feature.readDoubleLE(8 * i));
+  assert(Math.hypot(x + 500, y - 1500) < 100 && Math.hypot(x2 - 1500, y2 - 1500) < 100, `${[x, y, x2, y2]}`);
+  features.data = () => mapOf(feature);
+  features.commands.length = 0;
+  await page.getByRole('button', { name: 'Undo' }).click();
+  const back = await eventually(() => features.commands[0], 'it is moved back');
+  assert.equal(back.type, typeOf('DISPLACE_LINE'));
+  assert.equal(Buffer.from(back.body, 'hex').readDoubleLE(4 + 8), 1000, '1 m east of the robot');
+  await page.getByText('The wall is where it was').waitFor();
+  assert.equal(await page.getByRole('button', { name: 'Undo' }).count(), 0);
+  features.data = featureMap;
+  await page.getByText('Walls', { exact: true }).click();
+  await page.getByLabel("Name of the map's file").fill('hall.dxf');
+  await page.getByRole('button', { name: 'Save', exact: true }).click();
+  await eventually(() => features.commands.some(({ type }) => type === typeOf('SAVE_MAP')), 'it is saved');
+  await watched.close();
+});
+
+test('waypoints that are not sent stay while another page is visited', async () => {
+  const { watched, page, press } = await onMap('waypoint');
+  await press(1, 0);
+  const list = page.getByRole('region', { name: 'Waypoints' });
+  await list.getByText(/^1\. /).waitFor();
+  await page.goto(`${host.address}/#/messages`);
+  await page.getByRole('heading', { name: 'Messages' }).waitFor();
+  await page.goto(`${host.address}/#/map?robots=${system}`);
+  await list.getByText(/^1\. /).waitFor();
   await watched.close();
 });
 

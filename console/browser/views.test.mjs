@@ -414,6 +414,31 @@ test('every command of a class is a form', async () => {
   await view.watched.close();
 });
 
+test('a plot keeps its samples when a curve is added, and shows the time that is chosen, also while it is paused', async () => {
+  const watched = await Watched.open(browser, host, `#/plots?curves=Position(${system}/0).pos.x`);
+  const { page } = watched;
+  const saved = async () => {
+    const download = page.waitForEvent('download');
+    await page.getByRole('button', { name: 'Save CSV' }).click();
+    return readFileSync(await (await download).path(), 'utf8').split('\n');
+  };
+  const [, first] = await eventually(async () => {
+    const lines = await saved();
+    return lines.length > 4 && lines;
+  }, 'samples');
+  await page.getByLabel('Field to plot').fill(`Chassis(${system}/0).vx`);
+  await page.getByRole('button', { name: 'Add' }).click();
+  await page.getByRole('button', { name: `Remove Chassis(${system}/0).vx` }).waitFor();
+  assert.equal((await saved())[1], first);
+  await page.getByRole('button', { name: 'Pause' }).click();
+  const picture = () => page.evaluate(() => document.querySelector('.plot canvas').toDataURL());
+  const before = await picture();
+  await page.getByLabel('Time that is shown').selectOption('10 min');
+  await eventually(async () => (await picture()) !== before, 'it is drawn anew');
+  assert.match(page.url(), /span=600/);
+  await watched.close();
+});
+
 // Places of the map are chosen by keys: the middle of the map is where the robot is.
 async function onMap(action, act) {
   const watched = await Watched.open(browser, host, `#/map?robots=${system}`);

@@ -4,12 +4,13 @@ import type { Console } from '../app/console';
 import { decodeData } from '../codec/catalogue';
 import type { FeatureMapDataPoint, ObjRecogObject, WorldData } from '../codec/messages';
 import { command } from '../model/commands';
-import type { Robot } from '../model/fleet';
+import type { Component, Robot } from '../model/fleet';
 import { types, wordBody } from '../tims/header';
 import { heading, metres } from '../ui/quantities';
 import { firstOf } from './follow';
-import type { RobotScene } from './scene';
-import { distanceToLine, headingTo, type Point, type Pose } from './transform';
+import type { RobotScene, Wall } from './scene';
+import type { Step } from './steps';
+import { distanceToLine, headingTo, type Point, type Pose, placed } from './transform';
 import type { Waypoints } from './waypoints';
 
 // Where the pointer was pressed, with the heading to where it was released.
@@ -30,7 +31,13 @@ export interface MapAction {
   hint: string;
   component: string; // class
   repeats?: boolean; // it stays chosen
-  run: (work: Work, spot: Spot) => Promise<string>;
+  run: (work: Work, spot: Spot) => Promise<string | Done>; // a sentence
+}
+
+// What can be taken back.
+export interface Done {
+  report: string;
+  undo: Step['undo'];
 }
 
 const goalSpeed = 10000; // mm/s: as fast as the pilot permits
@@ -123,10 +130,17 @@ function wallAction(layer: number): MapAction {
     hint: lineHint,
     component: 'FeatureMap',
     run: async ({ console, robot }, spot) => {
-      await command(console.client, need(robot, 'FeatureMap'), 'FeatureMap.ADD_LINE', {
-        feature: wall(spot, spot.end, layer),
-      });
-      return 'The wall is in the map; save the map in the view of FeatureMap';
+      const map = need(robot, 'FeatureMap');
+      const feature = wall(spot, spot.end, layer);
+      await command(console.client, map, 'FeatureMap.ADD_LINE', { feature });
+      return {
+        report: `The wall is in the map${saveHint}`,
+        undo: async () => {
+          const featureNumTemp = await numberOf(console, map, feature);
+          await command(console.client, map, 'FeatureMap.DELETE_LINE', { featureNumTemp });
+          return 'The wall is out of the map again';
+        },
+      };
     },
   };
 }
@@ -202,15 +216,31 @@ async function localise(console: Console, robot: Robot): Promise<void> {
 
 type Uncertain = { var: { x: number; y: number } } & Record<string, unknown>;
 
-async function setPosition({ console, robot }: Work, pose: Spot): Promise<string> {
+async function setPosition({ console, robot, scene }: Work, pose: Spot): Promise<string | Done> {
   const component = need(robot, 'Position');
   const deviation = { x: 300, y: 300, z: 0, phi: 0, psi: 0, rho: 0.2 };
-  await command(console.client, component, 'Position.UPDATE', {
-    recordingTime: 0,
-    pos: pose3d(pose),
-    var: deviation,
-  });
-  return `The position of robot ${robot.system} is ${place(pose)}`;
+  const update = (pos: Pose) =>
+    command(console.client, component, 'Position.UPDATE', { recordingTime: 0, pos: pose3d(pos), var: deviation });
+  const before = scene.pose;
+  await update(pose);
+  const report = `The position of robot ${robot.system} is ${place(pose)}`;
+  if (before === undefined) return report;
+  return {
+    report,
+    undo: async () => {
+      const was = withMotion(before, pose, scene.pose ?? pose);
+      await update(was);
+      return `The position of robot ${robot.system} is ${place(was)} again`;
+    },
+  };
+}
+
+// Where a robot would be that was believed to be at `before` and has driven from one place to the other meanwhile.
+export function withMotion(before: Pose, from: Pose, to: Pose): Pose {
+  const turn = before.rho - from.rho;
+  const driven = placed({ x: 0, y: 0, rho: turn }, { x: to.x - from.x, y: to.y - from.y });
+  const rho = before.rho + to.rho - from.rho;
+  return { x: before.x + driven.x, y: before.y + driven.y, rho: Math.atan2(Math.sin(rho), Math.cos(rho)) };
 }
 
 async function putObstacle({ console, robot }: Work, { x, y }: Spot): Promise<string> {
@@ -281,21 +311,61 @@ function nearestWall({ walls }: RobotScene, at: Point): number {
   return distances.indexOf(least);
 }
 
-async function deleteWall({ console, robot, scene }: Work, at: Spot): Promise<string> {
+async function deleteWall({ console, robot, scene }: Work, at: Spot): Promise<Done> {
+  const map = need(robot, 'FeatureMap');
   const featureNumTemp = nearestWall(scene, at);
-  await command(console.client, need(robot, 'FeatureMap'), 'FeatureMap.DELETE_LINE', { featureNumTemp });
-  return 'The wall is deleted; save the map in the view of FeatureMap';
+  const old = scene.walls[featureNumTemp]!;
+  await command(console.client, map, 'FeatureMap.DELETE_LINE', { featureNumTemp });
+  return {
+    report: `The wall is deleted${saveHint}`,
+    undo: async () => {
+      await command(console.client, map, 'FeatureMap.ADD_LINE', { feature: wallAgain(old) });
+      return 'The wall is in the map again';
+    },
+  };
 }
 
-async function moveWall({ console, robot, scene }: Work, at: Spot): Promise<string> {
+async function moveWall({ console, robot, scene }: Work, at: Spot): Promise<Done> {
+  const map = need(robot, 'FeatureMap');
   const featureNumTemp = nearestWall(scene, at);
   const old = scene.walls[featureNumTemp];
   if (old === undefined) throw new Error('no wall of the map is there');
   const [dx, dy] = [at.end.x - at.x, at.end.y - at.y];
   const feature = wall({ x: old.x + dx, y: old.y + dy }, { x: old.x2 + dx, y: old.y2 + dy }, old.layer);
-  await command(console.client, need(robot, 'FeatureMap'), 'FeatureMap.DISPLACE_LINE', { feature, featureNumTemp });
-  return 'The wall is moved; save the map in the view of FeatureMap';
+  await command(console.client, map, 'FeatureMap.DISPLACE_LINE', { feature, featureNumTemp });
+  return {
+    report: `The wall is moved${saveHint}`,
+    undo: async () => {
+      const number = await numberOf(console, map, feature);
+      await command(console.client, map, 'FeatureMap.DISPLACE_LINE', {
+        feature: wallAgain(old),
+        featureNumTemp: number,
+      });
+      return 'The wall is where it was';
+    },
+  };
 }
+
+// A line as the map had it.
+const wallAgain = ({ x, y, x2, y2, layer }: Wall) => wall({ x, y }, { x: x2, y: y2 }, layer);
+
+// The number of a wall in the map as it is now: numbers change when others are added and deleted.
+async function numberOf({ client }: Console, map: Component, wanted: Wall): Promise<number> {
+  const answer = await client.call(map.address, types.getData, wordBody(0));
+  if (answer.type !== types.data) throw new Error('the map does not answer');
+  const { features } = decodeData(map.classId, answer.body, answer.flags) as unknown as { features: Wall[] };
+  const number = features.findIndex(({ x, y, x2, y2 }) => {
+    const isSame = (from: Point, to: Point) =>
+      Math.hypot(from.x - wanted.x, from.y - wanted.y) < sameWall &&
+      Math.hypot(to.x - wanted.x2, to.y - wanted.y2) < sameWall;
+    return isSame({ x, y }, { x: x2, y: y2 }) || isSame({ x: x2, y: y2 }, { x, y });
+  });
+  if (number < 0) throw new Error('this wall is not in the map any more');
+  return number;
+}
+
+const saveHint = '; keep it by Walls, Save';
+const sameWall = 1; // mm
 
 const wallMin = 50; // mm
 const reach = 500;

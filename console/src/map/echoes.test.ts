@@ -2,13 +2,14 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { structOf } from '../codec/catalogue';
 import type { Elements } from '../codec/views';
-import { eachEcho } from './echoes';
+import { eachEcho, pointType } from './echoes';
 
-function echoes(struct: 'LadarData' | 'Scan2dData', points: object[], little: boolean): number[][] {
+function echoes(struct: 'LadarData' | 'Scan2dData', points: object[], little: boolean, left?: number): number[][] {
   const body = structOf(struct).encode({ points } as never, little);
   const data = structOf(struct).decode(body, little, { elements: true });
   const found: number[][] = [];
-  eachEcho(data.points as Elements, (x, y, type) => found.push([Math.round(x) + 0, Math.round(y) + 0, type]));
+  const take = (x: number, y: number, type: number) => found.push([Math.round(x) + 0, Math.round(y) + 0, type]);
+  eachEcho(data.points as Elements, take, left);
   return found;
 }
 
@@ -23,6 +24,7 @@ for (const little of [true, false]) {
       [1000, 0, 0],
       [0, 500, 0x80],
     ]);
+    assert.deepEqual(echoes('LadarData', ladar, little, pointType.beyondRange)[2], [7, 0, 0x10], 'wanted too');
     const scan = [
       { x: 5, y: -6, z: 0, type: 3, segment: 0, intensity: 0 },
       { x: 1, y: 1, z: 0, type: 0x20, segment: 0, intensity: 0 },

@@ -3,7 +3,7 @@
 
 import type { Console } from '../app/console';
 import { classId, decodeData, decodeStruct, valueName } from '../codec/catalogue';
-import type { GpsData } from '../codec/messages';
+import type { GpsData, MclDataPoint } from '../codec/messages';
 import type { Elements } from '../codec/views';
 import { command } from '../model/commands';
 import type { Component, Fleet, Robot } from '../model/fleet';
@@ -14,6 +14,7 @@ import { planOf } from './plan';
 import {
   type DetectedObject,
   defaultHull,
+  type Localisation,
   movedTo,
   otherMovedTo,
   type RobotScene,
@@ -96,6 +97,13 @@ export function followRobot(console: Console, robot: Robot, scene: RobotScene, c
   };
 }
 
+// Tells apart what of a robot is followed: when it changes, followRobot() begins anew.
+export function followedOf(robot: Robot): string {
+  const firsts = sources.map(({ name }) => firstOf(robot, name)?.address);
+  const others = robot.components.map(({ address }) => address);
+  return [...firsts, ...others].join();
+}
+
 export function firstOf(robot: Robot, className: string): Component | undefined {
   const id = classId(className);
   const all = robot.components.filter((component) => component.classId === id);
@@ -145,8 +153,13 @@ function takePath(scene: RobotScene, { splines }: { splines: Spline[] }, _now: n
   scene.paths.set(instance, splines);
 }
 
-function takeMcl(scene: RobotScene, { points }: { points: RobotScene['particles'] }): void {
-  scene.particles = points.filter(({ type }) => valueName('MclDataPoint.type', type) === 'sample');
+function takeMcl(scene: RobotScene, { points }: { points: MclDataPoint[] }): void {
+  scene.localisation = localisationOf(points);
+}
+
+export function localisationOf(points: MclDataPoint[]): Localisation {
+  const of = (kind: string) => points.filter(({ type }) => valueName('MclDataPoint.type', type) === kind);
+  return { samples: of('sample'), measurements: of('measurement'), reflectors: of('reflector'), lines: of('line') };
 }
 
 function takeObjects(scene: RobotScene, { objects }: ObjectsData): void {

@@ -7,6 +7,7 @@ import { mapColours } from './colours';
 import { type Layers, paintMap, paintWaypoints } from './paint';
 import { PointBuffer } from './points';
 import type { Plan, RobotScene } from './scene';
+import { Steps } from './steps';
 import { headingTo, type Point, panned, type Size, toScreen, toWorld, type View, viewOf, zoomed } from './transform';
 import { Waypoints } from './waypoints';
 
@@ -22,6 +23,7 @@ export interface MapModel {
   // A place that is being chosen.
   draft: Spot | undefined;
   waypoints: Waypoints;
+  steps: Steps;
   background: Plan[]; // the lowest first
   changed: boolean;
   moved?: () => void; // by hand, so that it follows nobody any more
@@ -37,6 +39,7 @@ export function newMapModel(layers: Layers): MapModel {
     layers,
     draft: undefined,
     waypoints: new Waypoints(),
+    steps: new Steps(),
     background: [],
     changed: true,
   };

@@ -4,7 +4,7 @@ import { valueName } from '../codec/catalogue';
 import type { MapColours } from './colours';
 import { eachEcho, pointType } from './echoes';
 import { type PointBuffer, pixelOf } from './points';
-import type { Hull, Plan, RobotScene, Spline, Wall } from './scene';
+import type { Hull, Localisation, Plan, RobotScene, Spline, Wall } from './scene';
 import { gridStep, type Point, type Pose, placed, type Size, toScreen, toWorld, type View } from './transform';
 
 export interface Layers {
@@ -68,7 +68,7 @@ export function paintMap(
     if (layers.trail) paintTrails(drawing, scene, colour);
     // Of one robot, a colour tells what a line is; of several, whose.
     if (layers.path) paintPaths(drawing, scene, scenes.length > 1 ? colour : colours.path);
-    if (layers.particles) addPoints(drawing, scene.particles, pixelOf(colours.particle), 2);
+    if (layers.particles) addLocalisation(drawing, scene.localisation);
     if (layers.scan) addScan(drawing, scene);
   }
   context.setTransform(1, 0, 0, 1, 0, 0);
@@ -234,6 +234,14 @@ function addPoints({ points, view, size, ratio }: Drawing, list: Point[], pixel:
     const { x, y } = toScreen(view, size, point);
     points.add(x * ratio, y * ratio, pixel, Math.round(width * ratio));
   }
+}
+
+function addLocalisation(drawing: Drawing, { samples, measurements, reflectors, lines }: Localisation): void {
+  const { colours } = drawing;
+  addPoints(drawing, samples, pixelOf(colours.particle), 2);
+  addPoints(drawing, lines, pixelOf(colours.wall), 3);
+  addPoints(drawing, measurements, pixelOf(colours.scan), 3);
+  addPoints(drawing, reflectors, pixelOf(colours.reflector), 5);
 }
 
 function addScan({ points, view, size, ratio, colours }: Drawing, { scan }: RobotScene): void {

@@ -2,7 +2,7 @@
 
 import type { Elements } from '../codec/views';
 import { Goals } from './goals';
-import type { Pose } from './transform';
+import type { Point, Pose } from './transform';
 
 export interface ScanPoints {
   pose: Pose; // of the robot when the scan arrived
@@ -64,13 +64,21 @@ export interface RobotScene {
   pilot: number | undefined; // its instance
   goal: Pose | undefined;
   distanceToGoal: number; // mm
-  particles: { x: number; y: number; type: number }[];
+  localisation: Localisation;
   objects: DetectedObject[];
   plan: Plan | undefined;
   goals: Goals;
   gps: GpsFix | undefined;
   walls: Wall[];
   markedWall: Wall | undefined;
+}
+
+// What a localisation believes, and what it believes it for.
+export interface Localisation {
+  samples: Point[];
+  measurements: Point[];
+  reflectors: Point[];
+  lines: Point[];
 }
 
 // A line of a feature map.
@@ -102,7 +110,7 @@ export function emptyScene(system: number, goals = new Goals()): RobotScene {
     pilot: undefined,
     goal: undefined,
     distanceToGoal: 0,
-    particles: [],
+    localisation: { samples: [], measurements: [], reflectors: [], lines: [] },
     objects: [],
     plan: undefined,
     walls: [],

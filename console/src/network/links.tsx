@@ -10,7 +10,9 @@ import { useAdminList } from './admin_list';
 import { askedRouter, RouterChoice } from './asked_router';
 import { Drops } from './drops';
 import { linkTroubles, worst } from './link_health';
+import { Ping } from './ping';
 import type { LinkItem } from './reports';
+import { StaticRoutes } from './static_routes';
 
 const period = 2000;
 
@@ -20,8 +22,10 @@ export function Links() {
     <>
       <div class="tools">
         <RouterChoice />
+        <Ping key={`ping ${router}`} router={router} />
       </div>
       <LinkList key={router} router={router} />
+      <StaticRoutes key={`routes ${router}`} router={router} />
       <Drops key={`drops ${router}`} router={router} />
     </>
   );

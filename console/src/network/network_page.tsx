@@ -1,6 +1,7 @@
 // The routers of the fleet and the links between them: what is broken, and why a message does not arrive.
 
 import { go, route } from '../app/route';
+import { Clients } from './clients';
 import { Events } from './events';
 import { ExplainForm } from './explain_form';
 import { Links } from './links';
@@ -12,6 +13,7 @@ const tabs = [
   ['routers', 'Routers', Routers],
   ['links', 'Links', Links],
   ['mailboxes', 'Mailboxes', Mailboxes],
+  ['clients', 'Clients', Clients],
   ['explain', 'Explain', ExplainForm],
   ['trace', 'Trace', TraceForm],
   ['events', 'Events', Events],

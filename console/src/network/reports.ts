@@ -1,5 +1,5 @@
 // What the router reports about itself and its links, as far as the pages use it (schemas tims/router_list/1,
-// tims/link/1, tims/route_get/1, tims/event/1, tims/hop/1, tims/mailbox/1, tims/stats/1).
+// tims/link/1, tims/route/1, tims/route_get/1, tims/event/1, tims/hop/1, tims/mailbox/1, tims/client/1, tims/stats/1).
 
 export interface NamedAddress {
   name: string;
@@ -95,4 +95,25 @@ export interface OutcomeItem {
   meaning: string;
   dropped: boolean;
   messages: number;
+}
+
+export interface ClientItem {
+  id: number;
+  port: 'local' | 'tcp' | 'websocket';
+  name: string | null;
+  pid: number | null;
+  peer: string | null;
+  connected_s: number;
+  mailboxes: number;
+  subject: string | null; // who it has proven to be
+  in_bytes: number;
+  out_bytes: number;
+  drops: number;
+  drop_bytes: number;
+  queue_bytes: number;
+}
+
+export interface StaticRoute {
+  match: string;
+  via: string;
 }

@@ -1,14 +1,14 @@
 // The map of all robots, or of those that the address names.
 
 import { useSignal } from '@preact/signals';
-import { useEffect, useMemo } from 'preact/hooks';
+import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { route } from '../app/route';
 import { actions, type Spot } from '../map/actions';
 import { BackgroundMenu } from '../map/background_menu';
 import { mapColours } from '../map/colours';
-import { firstOf, followRobot } from '../map/follow';
-import { type Centre, MapCanvas, newMapModel, zoom } from '../map/map_canvas';
+import { firstOf, followedOf, followRobot } from '../map/follow';
+import { type Centre, MapCanvas, type MapModel, newMapModel, zoom } from '../map/map_canvas';
 import { allLayers, type Layers, robotColour, unknownDeviation } from '../map/paint';
 import { emptyScene, type RobotScene } from '../map/scene';
 import { WaypointList } from '../map/waypoint_list';
@@ -19,6 +19,7 @@ import { stateWord } from '../ui/lamp';
 import { needs } from '../ui/needs';
 import { heading, metres } from '../ui/quantities';
 import { pageVisible } from '../ui/use_stream';
+import { MapFile } from '../views/map_view';
 
 const robotsMax = 20; // with their scans and paths
 
@@ -28,36 +29,33 @@ export function MapPage() {
   const robots = console.fleet.robots.value.filter((robot) =>
     wanted.length > 0 ? wanted.includes(`${robot.system}`) : firstOf(robot, 'Position') !== undefined,
   );
+  if (wantedBefore !== undefined && wantedBefore !== wanted.join()) kept.isPlaced = false; // where others are
+  wantedBefore = wanted.join();
   return <RobotMap robots={robots.slice(0, robotsMax)} />;
 }
 
-export function RobotMap({ robots }: { robots: Robot[] }) {
+// Waypoints that are not sent, pictures, and what is in sight stay while other pages are visited.
+const kept = newMapModel({ ...allLayers });
+let wantedBefore: string | undefined;
+
+function RobotMap({ robots }: { robots: Robot[] }) {
   const console = useConsole();
-  const model = useMemo(() => newMapModel({ ...allLayers }), []);
+  const model = kept;
   const layers = useSignal<Layers>(model.layers);
   const tool = useSignal<string | undefined>(undefined);
   const report = useSignal('');
   const { attempt, Failure } = useAttempt();
   const centre = useSignal<Centre>(model.centre);
-  const chosen = useSignal<number | undefined>(undefined);
+  const chosen = useSignal(model.followed);
   const selected = robots.find(({ system }) => system === chosen.value) ?? robots[0];
   model.followed = selected?.system;
   model.layers = layers.value;
-  const visible = pageVisible.value;
 
   useEffect(() => {
-    if (!visible) return;
-    const ends = robots.map((robot) => {
-      const scene = model.scenes.get(robot.system) ?? emptyScene(robot.system, console.goals.of(robot.system));
-      model.scenes.set(robot.system, scene);
-      return followRobot(console, robot, scene, () => {
-        model.changed = true;
-      });
-    });
-    return () => {
-      for (const end of ends) end();
-    };
-  }, [robots.map(({ system, components }) => `${system}:${components.length}`).join(), visible]);
+    const shown = new Set(robots.map(({ system }) => system));
+    for (const system of model.scenes.keys()) if (!shown.has(system)) model.scenes.delete(system);
+    model.changed = true;
+  }, [robots.map(({ system }) => system).join()]);
 
   useEffect(() => {
     const endTool = (event: KeyboardEvent) => {
@@ -75,11 +73,19 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
     const pending = `${action.title} …`;
     report.value = pending;
     await attempt(async () => {
-      report.value = await action.run({ console, robot: selected, scene, waypoints: model.waypoints }, spot);
+      const done = await action.run({ console, robot: selected, scene, waypoints: model.waypoints }, spot);
+      report.value = typeof done === 'string' ? done : done.report;
+      if (typeof done !== 'string') model.steps.add({ title: action.title, undo: done.undo });
     });
     if (report.value === pending) report.value = ''; // it failed
   };
+  const step = model.steps.last.value;
+  const undo = () =>
+    attempt(async () => {
+      report.value = await model.steps.undo();
+    });
   const path = selected === undefined ? undefined : firstOf(selected, 'Path');
+  const features = selected === undefined ? undefined : firstOf(selected, 'FeatureMap');
   // Once more: the next robot.
   const setCentre = (value: Centre) => {
     if (value !== 'world' && value === centre.value && robots.length > 1)
@@ -94,6 +100,9 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
   };
   return (
     <section class="map-page">
+      {robots.map((robot) => (
+        <Followed key={robot.system} robot={robot} model={model} />
+      ))}
       <div class="tools">
         <h1>Map</h1>
         <label>
@@ -155,7 +164,20 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
             Send robot here
           </button>
         )}
+        {step !== undefined && (
+          <button type="button" title={`Undo: ${step.title}`} {...needs('Pilot.SET_DESTINATION')} onClick={undo}>
+            Undo
+          </button>
+        )}
         <span class="grow" />
+        {features !== undefined && (
+          <details class="menu">
+            <summary>Walls</summary>
+            <div>
+              <MapFile component={features} />
+            </div>
+          </details>
+        )}
         <BackgroundMenu model={model} />
         <LayerMenu layers={layers.value} change={(value) => (layers.value = value)} />
         <fieldset aria-label="Zoom" class="tabs">
@@ -199,6 +221,21 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
   );
 }
 
+// Fills the scene of one robot.
+function Followed({ robot, model }: { robot: Robot; model: MapModel }) {
+  const console = useConsole();
+  const visible = pageVisible.value;
+  useEffect(() => {
+    if (!visible) return;
+    const scene = model.scenes.get(robot.system) ?? emptyScene(robot.system, console.goals.of(robot.system));
+    model.scenes.set(robot.system, scene);
+    return followRobot(console, robot, scene, () => {
+      model.changed = true;
+    });
+  }, [followedOf(robot), visible]);
+  return null;
+}
+
 const centreHints: Record<Centre, string> = {
   world: 'It stays where it is',
   chase: 'It follows the robot, north is up; once more: the next robot',
@@ -228,7 +265,7 @@ function LayerMenu({ layers, change }: { layers: Layers; change: (layers: Layers
 }
 
 // The same in numbers, also for those who cannot see the map.
-function Positions({ model, robots }: { model: ReturnType<typeof newMapModel>; robots: Robot[] }) {
+function Positions({ model, robots }: { model: MapModel; robots: Robot[] }) {
   const tick = useSignal(0);
   useEffect(() => {
     const timer = setInterval(() => ++tick.value, 500);

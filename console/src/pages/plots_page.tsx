@@ -7,8 +7,9 @@ import { nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import { decodeData, findMessage } from '../codec/catalogue';
 import { columnsOf } from '../plots/columns';
+import { KeptRings } from '../plots/kept_rings';
 import { type NumberField, numberAt, numberFields } from '../plots/number_fields';
-import { Ring } from '../plots/ring';
+import type { Ring } from '../plots/ring';
 import { decodeHeader, headerSize, types } from '../tims/header';
 import { useAttempt } from '../ui/attempt';
 import { fixed } from '../ui/quantities';
@@ -16,9 +17,16 @@ import { saveFile } from '../ui/save';
 import { pageVisible } from '../ui/use_stream';
 
 const period = 50; // ms
-const windowTime = 60; // s
+const spans: [seconds: number, text: string][] = [
+  [10, '10 s'],
+  [60, '1 min'],
+  [300, '5 min'],
+  [600, '10 min'],
+];
+const usualSpan = 60; // s
 const ringSize = 12000; // samples: ten minutes at 20 Hz
 const drawPeriod = 100; // ms
+const drawsASpan = 600; // a longer span moves slower
 const gapTime = 2; // s without a sample end a line
 const colours = ['#2f7de1', '#e0662f', '#1f9d55', '#a24fd0', '#d19a00', '#12a0ad', '#d0407f', '#6b7a90'];
 
@@ -29,11 +37,14 @@ interface Curve {
   field: NumberField;
 }
 
+const kept = new KeptRings<Curve>(ringSize, 4 * colours.length);
+
 export function PlotsPage() {
   const chosen = (route.value.options.get('curves') ?? '').split(',').filter((name) => name !== '');
   const set = (names: string[]) => setOption('curves', names.join(','));
   const available = useAvailable();
-  const curves = chosen.flatMap((name) => available.filter((curve) => curve.name === name));
+  // That of a robot that is away is still shown.
+  const curves = chosen.flatMap((name) => available.find((curve) => curve.name === name) ?? kept.curve(name) ?? []);
   const text = useSignal('');
   const { attempt, Failure } = useAttempt();
   const toggle = (name: string) =>
@@ -154,8 +165,12 @@ function useAvailable(): Curve[] {
 function Plot({ curves }: { curves: Curve[] }) {
   const { client } = useConsole();
   const box = useRef<HTMLDivElement>(null);
-  const rings = useMemo(() => curves.map(() => new Ring(ringSize)), []);
-  const paused = useSignal(false);
+  const rings = useMemo(() => curves.map((curve) => kept.of(curve)), []);
+  const pausedAt = useSignal<number | undefined>(undefined); // s
+  const isPaused = pausedAt.value !== undefined;
+  const chosenSpan = Number(route.value.options.get('span'));
+  const span = spans.some(([seconds]) => seconds === chosenSpan) ? chosenSpan : usualSpan;
+  const shown = useRef<{ span: number; drawnAt: number | undefined }>({ span, drawnAt: undefined });
   const newest = useSignal<(number | undefined)[]>([]);
   const visible = pageVisible.value;
   useEffect(() => {
@@ -177,16 +192,23 @@ function Plot({ curves }: { curves: Curve[] }) {
     if (element === null) return;
     let plot: uPlot | undefined;
     let ended = false;
+    const data = () => aligned(rings, pausedAt.value ?? performance.now() / 1000, shown.current.span);
     const timer = setInterval(() => {
       if (document.hidden || plot === undefined) return;
       newest.value = rings.map((ring) => ring.newest);
-      if (!paused.value) plot.setData(aligned(rings));
+      const { span, drawnAt } = shown.current;
+      const now = performance.now();
+      const isAsked = drawnAt === undefined; // another span was chosen, or it is paused
+      if (!isAsked && (pausedAt.value !== undefined || now < drawnAt + (1000 * span) / drawsASpan)) return;
+      shown.current.drawnAt = now;
+      plot.setData(data());
     }, drawPeriod);
     const resize = () => plot?.setSize({ width: element.clientWidth, height: element.clientHeight - 30 });
     const observer = new ResizeObserver(resize);
     void import('uplot').then(({ default: Plotter }) => {
       if (ended) return;
-      plot = new Plotter(options(curves, element), aligned(rings), element);
+      const range = (): [number, number] => [-shown.current.span, 0];
+      plot = new Plotter(options(curves, element, range), data(), element);
       observer.observe(element);
     });
     return () => {
@@ -196,12 +218,31 @@ function Plot({ curves }: { curves: Curve[] }) {
       plot?.destroy();
     };
   }, []);
+  shown.current.span = span;
+  useEffect(() => {
+    shown.current.drawnAt = undefined; // drawn at once, also while it is paused
+  }, [span, isPaused]);
   return (
     <>
       <p class="actions plot-tools">
-        <button type="button" aria-pressed={paused.value} onClick={() => (paused.value = !paused.value)}>
-          {paused.value ? 'Go on' : 'Pause'}
+        <button
+          type="button"
+          aria-pressed={isPaused}
+          onClick={() => (pausedAt.value = isPaused ? undefined : performance.now() / 1000)}
+        >
+          {isPaused ? 'Go on' : 'Pause'}
         </button>
+        <select
+          aria-label="Time that is shown"
+          value={span}
+          onChange={(event) => setOption('span', event.currentTarget.value)}
+        >
+          {spans.map(([seconds, text]) => (
+            <option key={seconds} value={seconds}>
+              {text}
+            </option>
+          ))}
+        </select>
         <button type="button" onClick={() => saveCsv(curves, rings)}>
           Save CSV
         </button>
@@ -216,13 +257,13 @@ function Plot({ curves }: { curves: Curve[] }) {
   );
 }
 
-function options(curves: Curve[], element: HTMLElement): uPlot.Options {
+function options(curves: Curve[], element: HTMLElement, range: () => [number, number]): uPlot.Options {
   const style = getComputedStyle(element);
   const axis = { stroke: style.color, grid: { stroke: style.getPropertyValue('--line'), width: 1 } };
   return {
     width: element.clientWidth,
     height: element.clientHeight - 30,
-    scales: { x: { time: false, range: () => [-windowTime, 0] }, y: { range: (_, min, max) => valueRange(min, max) } },
+    scales: { x: { time: false, range }, y: { range: (_, min, max) => valueRange(min, max) } },
     axes: [
       { ...axis, label: 'seconds' },
       { ...axis, size: 76, values: (_plot, splits) => stepTexts(splits) },
@@ -253,10 +294,9 @@ function valueRange(min: number | null, max: number | null): [number, number] {
   return [min - margin, max + margin];
 }
 
-// Seconds before now.
-function aligned(rings: Ring[]): uPlot.AlignedData {
-  const now = performance.now() / 1000;
-  const { times, columns } = columnsOf(rings, now - windowTime, gapTime);
+// Seconds before `now`.
+function aligned(rings: Ring[], now: number, span: number): uPlot.AlignedData {
+  const { times, columns } = columnsOf(rings, now - span, gapTime);
   return [times.map((time) => time - now), ...columns];
 }
 

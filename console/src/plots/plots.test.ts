@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { structOf } from '../codec/catalogue';
 import { columnsOf } from './columns';
+import { KeptRings } from './kept_rings';
 import { numberAt, numberFields } from './number_fields';
 import { Ring } from './ring';
 
@@ -47,4 +48,17 @@ test('a line ends where its curve was silent, and at the window', () => {
   const { times, columns } = columnsOf([ringOf([1, 10], [3, 20], [9, 30], [11, 40])], 2, 2);
   assert.deepEqual(times, [3, 6, 9, 11]);
   assert.deepEqual(columns, [[20, null, 30, 40]]);
+});
+
+test('samples stay with their curve, and the curves that were used longest ago give way', () => {
+  const rings = new KeptRings<{ name: string }>(10, 2);
+  rings.of({ name: 'a' }).add(1, 10);
+  rings.of({ name: 'b' });
+  assert.equal(rings.of({ name: 'a' }).newest, 10);
+  rings.of({ name: 'c' });
+  assert.deepEqual(
+    ['a', 'b', 'c'].map((name) => rings.curve(name)?.name),
+    ['a', undefined, 'c'],
+  );
+  assert.equal(rings.of({ name: 'a' }).newest, 10);
 });

@@ -1,9 +1,10 @@
-// Faults of the links of this router: loss, delay and rate of what it sends, for a router with sim.faults.
+// Faults of the links of a router: loss, delay and rate of what it sends, for a router with sim.faults.
 
 import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
 import type { AdminError } from '../model/admin';
 import { useAdminList } from '../network/admin_list';
+import { askedRouter, RouterChoice } from '../network/asked_router';
 import type { LinkItem } from '../network/reports';
 import { needs } from '../ui/needs';
 import { duration, percent } from '../ui/quantities';
@@ -18,24 +19,37 @@ interface Faults {
 const none: Faults = { loss: 0, delay: 0, jitter: 0, blackout: false };
 
 export function LinkFaults() {
-  const { admin } = useConsole();
-  const { items } = useAdminList(() => admin.all<LinkItem>({ ask: 'links' }), 'links', 3000);
-  if (items === undefined || items.length === 0) return null;
+  const router = askedRouter();
   return (
     <section class="box" aria-label="Faults of links">
       <h2>Faults of links</h2>
+      <p class="actions">
+        <RouterChoice />
+      </p>
       <p class="faint">
         They change what this router sends, also when somebody else has set them: the router, which needs sim.faults =
         true, does not tell the present ones.
       </p>
-      {items.map((link) => (
-        <LinkFault key={link.name} name={link.via ?? link.name ?? ''} link={link} />
-      ))}
+      <FaultsOf key={router} router={router} />
     </section>
   );
 }
 
-function LinkFault({ name, link }: { name: string; link: LinkItem }) {
+function FaultsOf({ router }: { router: number }) {
+  const { admin } = useConsole();
+  const { items, trouble } = useAdminList(() => admin.all<LinkItem>({ ask: 'links' }, router), `links ${router}`, 3000);
+  if (items === undefined) return <p class={trouble === '' ? 'faint' : 'bad'}>{trouble || 'Asking the router …'}</p>;
+  if (items.length === 0) return <p class="faint">This router has no links to other routers.</p>;
+  return (
+    <>
+      {items.map((link) => (
+        <LinkFault key={link.name} name={link.via ?? link.name ?? ''} link={link} router={router} />
+      ))}
+    </>
+  );
+}
+
+function LinkFault({ name, link, router }: { name: string; link: LinkItem; router: number }) {
   const { admin } = useConsole();
   const faults = useSignal<Faults>(none);
   const report = useSignal({ text: '', bad: false });
@@ -43,14 +57,15 @@ function LinkFault({ name, link }: { name: string; link: LinkItem }) {
     faults.value = next;
     const { loss, delay, jitter, blackout } = next;
     try {
-      await admin.ask({
+      const question = {
         ask: 'fault',
         link: name,
         loss: loss / 100,
         delay_s: delay / 1000,
         jitter_s: jitter / 1000,
         blackout,
-      });
+      };
+      await admin.ask(question, undefined, router);
       report.value = { text: 'in force', bad: false };
     } catch (error) {
       const { message, hint } = error as AdminError;

@@ -4,7 +4,7 @@ import { useSignal } from '@preact/signals';
 import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { className } from '../codec/catalogue';
-import { followRobot } from '../map/follow';
+import { followedOf, followRobot } from '../map/follow';
 import { MapCanvas, newMapModel } from '../map/map_canvas';
 import { allLayers } from '../map/paint';
 import { emptyScene } from '../map/scene';
@@ -40,7 +40,7 @@ export function RobotMap({ component }: ViewProperties) {
     return followRobot(console, robot, scene, () => {
       model.changed = true;
     });
-  }, [robot?.components.length, visible]);
+  }, [robot === undefined ? '' : followedOf(robot), visible]);
   return (
     <>
       <div class="small-map">
@@ -54,7 +54,7 @@ export function RobotMap({ component }: ViewProperties) {
 }
 
 // Maps are files in the folder of the component, on its host.
-function MapFile({ component }: ViewProperties) {
+export function MapFile({ component }: ViewProperties) {
   const { client } = useConsole();
   const name = useSignal('');
   const { attempt, Failure } = useAttempt();

@@ -63,7 +63,7 @@ export class ScanPainter {
     this.buffer.clear();
     if (sight.style !== 'lines') {
       const colour = colourOf(surface.colours, data, sight.style, isLadar);
-      addPoints(this.buffer, data, surface, colour, sight.style === 'far');
+      addPoints(this.buffer, data, surface, colour, { grows: sight.style === 'far', isLadar });
     }
     this.buffer.replace(context);
     if (sight.style === 'lines') paintLines(data, surface);
@@ -104,11 +104,13 @@ function colourOf(colours: MapColours, { points }: ScanData, style: ScanStyle, i
     return (_, i) => robots[segmentOf(points, i) % robots.length] ?? scan;
   }
   const { transparent, rain, dirt } = colours;
+  const invalid = pixelOf(colours.stale);
   const byName: Record<string, string> = { transparent, rain, dirt };
   const byKind = Array.from({ length: pointType.classMask + 1 }, (_, kind) =>
     kind === 0 ? scan : pixelOf(byName[valueName('LadarPoint.type', kind) ?? ''] ?? colours.scan),
   );
   return (type) => {
+    if ((type & pointType.invalid) !== 0) return invalid;
     if ((type & pointType.reflector) !== 0) return reflector;
     const kind = type & pointType.classMask;
     if (isLadar) return byKind[kind] ?? scan;
@@ -116,22 +118,36 @@ function colourOf(colours: MapColours, { points }: ScanData, style: ScanStyle, i
   };
 }
 
-// `grows`: points are as far apart as the beams are wide, so that a wall is closed at each distance.
+interface PointStyle {
+  grows: boolean; // points are as far apart as the beams are wide, so that a wall is closed at each distance
+  isLadar: boolean; // invalid points are shown, too: they tell what the device does not see well
+}
+
 function addPoints(
   buffer: PointBuffer,
   data: ScanData,
   { view, size, ratio }: Surface,
   colour: ColourOf,
-  grows: boolean,
+  { grows, isLadar }: PointStyle,
 ): void {
   const least = Math.max(2, Math.round(Math.min(6, 2.5 * Math.sqrt(view.scale / wholeScale)) * ratio));
   const robot = toScreen(view, size, { x: 0, y: 0 });
-  eachEcho(data.points, (forward, right, type, i) => {
+  const add = (forward: number, right: number, type: number, i: number) => {
     const x = robot.x + right * view.scale; // forward is up
     const y = robot.y - forward * view.scale;
     const beam = grows ? Math.round(beamWidth * Math.hypot(forward, right) * view.scale * ratio) : 0;
     buffer.add(x * ratio, y * ratio, colour(type, i), Math.max(least, Math.min(beam, beamPixelsMax)));
-  });
+  };
+  // Below the valid ones.
+  if (isLadar)
+    eachEcho(
+      data.points,
+      (forward, right, type, i) => {
+        if ((type & pointType.invalid) !== 0 && (forward !== 0 || right !== 0)) add(forward, right, type, i);
+      },
+      pointType.beyondRange,
+    );
+  eachEcho(data.points, add);
 }
 
 const wholeScale = 0.03; // pixels a mm
