@@ -33,6 +33,13 @@ test('what is not understood is named with its line', () => {
   assert.deepEqual(remarks, [
     'line 15: the console has no class Unheard',
     'line 16 is neither a keyword nor a window: nonsense',
+    'left out: TIMS (line 2)',
+    'left out: TIMS_PARAM (line 3)',
+    'left out: MAIN_FRAME (line 4)',
+    'left out: NAV_UPDATE (line 5)',
+    'left out: plug-ins (line 7)',
+    'left out: positions and sizes of windows (5 lines, the first is 9)',
+    'left out: GdosGui, which is a page: #/messages (line 9)',
   ]);
 });
 
@@ -44,9 +51,19 @@ test('the stick in the window is the page that drives, and PositionNavi is in th
   const { layouts, remarks } = importGuiCfg(
     'rack.gui.navigation.PositionNavi 0 (1,2,3,4,0) -system=2\nrack.gui.main.JoystickSoftware 0 (1,2,3,4,0) -system=2\n',
   );
-  assert.deepEqual(remarks, []);
+  assert.deepEqual(remarks, ['left out: positions and sizes of windows (2 lines, the first is 1)']);
   assert.deepEqual(layouts, [
     { name: 'workspace (robot 2)', address: '#/robot/2?tiles=Position/0' },
     { name: 'workspace, drive (robot 2)', address: '#/drive/2' },
+  ]);
+});
+
+test('a window of the map is a page, and its background is named', () => {
+  const { remarks } = importGuiCfg('rack.gui.main.MapViewGui (0,0,9,9,0) -bg=hall.png -bgX=3\n');
+  assert.deepEqual(remarks, [
+    'left out: positions and sizes of windows (line 1)',
+    'left out: background pictures of maps: choose them on the page of the map (line 1)',
+    'left out: MapViewGui, which is a page: #/map (line 1)',
+    'it has no open windows of components',
   ]);
 });

@@ -22,11 +22,13 @@ export interface Imported {
 
 const keywords = ['TIMS_PARAM', 'TIMS', 'MAIN_FRAME', 'NAV_UPDATE', 'RACK_NAME'];
 const window = /^([\w.]*?)(\w+Gui|JoystickSoftware|PositionNavi)\s+(?:(\d+)\s*)?\(([-\d,\s]*)\)\s*(.*)$/;
+const ownPages: Record<string, string> = { GdosGui: 'messages', MapViewGui: 'map' };
 const closed = /^[\s,]*$/;
 
 export function importGuiCfg(text: string): Imported {
   const open = new Map<string, Set<string>>(); // workspace and system: tiles
   const remarks: string[] = [];
+  const left = new Map<string, number[]>(); // what it is: lines
   let workspace = 'workspace';
   let inJars = false;
   for (const [i, raw] of text.split(/\r?\n/).entries()) {
@@ -36,25 +38,48 @@ export function importGuiCfg(text: string): Imported {
     if (keyword === 'JAR_FILES') inJars = true;
     else if (keyword === 'GROUP') inJars = false;
     else if (keyword === 'WORKSPACE') workspace = rest.join(' ') || 'workspace';
-    else if (!inJars && !keywords.includes(keyword)) addWindow(line, i + 1, workspace, open, remarks);
+    else if (keywords.includes(keyword)) leave(left, keyword, i + 1);
+    else if (inJars) leave(left, 'plug-ins', i + 1);
+    else addWindow(line, i + 1, workspace, { open, remarks, left });
   }
   const layouts = [...open].map(([key, tiles]) => {
     const [name = '', system = '0', isDrive] = key.split('\n');
     if (isDrive) return { name: `${name}, drive (robot ${system})`, address: `#/drive/${system}` };
     return { name: `${name} (robot ${system})`, address: `#/robot/${system}?tiles=${[...tiles].join(',')}` };
   });
+  for (const [what, lines] of left) remarks.push(`left out: ${what} (${linesText(lines)})`);
   if (layouts.length === 0) remarks.push('it has no open windows of components');
   return { layouts, remarks };
 }
 
-function addWindow(line: string, number: number, workspace: string, open: Map<string, Set<string>>, remarks: string[]) {
+function leave(left: Map<string, number[]>, what: string, line: number): void {
+  left.set(what, [...(left.get(what) ?? []), line]);
+}
+
+const linesText = (lines: number[]) =>
+  lines.length > 1 ? `${lines.length} lines, the first is ${lines[0]}` : `line ${lines[0]}`;
+
+interface Found {
+  open: Map<string, Set<string>>;
+  remarks: string[];
+  left: Map<string, number[]>;
+}
+
+function addWindow(line: string, number: number, workspace: string, { open, remarks, left }: Found): void {
   const match = window.exec(line);
   if (match === null) {
     remarks.push(`line ${number} is neither a keyword nor a window: ${line}`);
     return;
   }
   const [, , view = '', instance, place = '', options = ''] = match;
-  if (closed.test(place) || instance === undefined) return;
+  if (closed.test(place)) return;
+  leave(left, 'positions and sizes of windows', number);
+  if (/(^|\s)-bg/.test(options)) leave(left, 'background pictures of maps: choose them on the page of the map', number);
+  if (instance === undefined) {
+    const page = ownPages[view];
+    leave(left, page === undefined ? view : `${view}, which is a page: #/${page}`, number);
+    return;
+  }
   const name = view === 'PositionNavi' ? 'Position' : view.replace(/Gui$/, '');
   const system = /-system=(\d+)/.exec(options)?.[1] ?? '0';
   const key = `${workspace}\n${system}`;
