@@ -39,6 +39,13 @@ Result<Identity> identity_of(const Certificate& certificate, std::string_view fl
   return identity;
 }
 
+bool leads_to(const std::vector<Certificate>& roots, const std::vector<Certificate>& chain) {
+  return chain.size() == 2 && chain.back().is_authority() &&
+         chain.back().has_signed(chain.front()) &&
+         std::ranges::any_of(
+             roots, [&](const Certificate& root) { return root.has_signed(chain.back()); });
+}
+
 bool BelievedRoots::have_signed(const Bytes& issuing) {
   const auto [known, is_new] = known_.try_emplace(issuing, false);
   if (!is_new) return known->second;

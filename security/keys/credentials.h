@@ -32,6 +32,9 @@ struct Credentials {
 // The identity in a verified certificate, which must be one of this fleet.
 Result<Identity> identity_of(const Certificate& certificate, std::string_view fleet);
 
+// Whether a chain is a member's certificate and an issuing one, and comes from one of the roots.
+bool leads_to(const std::vector<Certificate>& roots, const std::vector<Certificate>& chain);
+
 // Whether certificates come from one of the roots that a list believes. Nearly all members have the
 // same issuing certificate, so each is looked at once.
 class BelievedRoots {

@@ -107,9 +107,10 @@ class Conversation {
 };
 
 using MakeRequest = std::function<Result<JoinRequest>(const TlsSession&)>;
+using Accept = std::function<Result<void>(const JoinAnswer&)>;
 
 Result<JoinAnswer> ask_one(const std::string& host, std::uint16_t port, const TlsContext& context,
-                           const MakeRequest& make, Time deadline) {
+                           const MakeRequest& make, const Accept& accept, Time deadline) {
   auto socket = os::connect_tcp(host, port, deadline);
   if (!socket) return socket.error();
   Conversation conversation(std::move(*socket), context, deadline);
@@ -117,17 +118,23 @@ Result<JoinAnswer> ask_one(const std::string& host, std::uint16_t port, const Tl
   if (!tls) return tls.error();
   const auto request = make(**tls);
   if (!request) return request.error();
-  const auto answer = conversation.ask(request->encode());
-  if (!answer) return answer.error();
-  return JoinAnswer::parse(*answer);
+  const auto bytes = conversation.ask(request->encode());
+  if (!bytes) return bytes.error();
+  auto answer = JoinAnswer::parse(*bytes);
+  if (!answer) return answer;
+  if (const auto accepted = accept(*answer); !accepted) return accepted.error();
+  return answer;
 }
 
+// The first answer that is accepted.
 Result<JoinAnswer> ask_any(const std::vector<std::string>& hosts, std::uint16_t port,
-                           const TlsContext& context, const MakeRequest& make, Time deadline) {
+                           const TlsContext& context, const MakeRequest& make, const Accept& accept,
+                           Time deadline) {
   std::string failures;
   Errc code = Errc::kTimeout;
   for (const std::string& host : hosts) {
-    auto answer = ask_one(host, port, context, make, std::min(deadline, os::now() + kOneAddress));
+    auto answer =
+        ask_one(host, port, context, make, accept, std::min(deadline, os::now() + kOneAddress));
     if (answer) return answer;
     code = answer.error().code();
     failures += fmt::format("{}{}:{}: {}", failures.empty() ? "" : "; ", host, port,
@@ -136,7 +143,8 @@ Result<JoinAnswer> ask_any(const std::vector<std::string>& hosts, std::uint16_t 
   return Error(code, failures);
 }
 
-// Another member of the fleet cannot answer for the authority with a user's certificate.
+// A user is no base. Which router is one, its role does not tell: `key init --role` chooses it. A
+// member that answers for the authority all the same is found out by its answer (take_over()).
 std::optional<Refusal> judge_base(const Certificate& certificate, int depth) {
   if (depth != 0) return std::nullopt;
   const auto identity = Identity::parse(certificate.uris());
@@ -148,6 +156,15 @@ std::optional<Refusal> judge_base(const Certificate& certificate, int depth) {
 Result<PrivateKey> key_for(const KeyFolder& keys) {
   if (auto made = keys.make(); !made) return made.error();
   return keys.next_key();
+}
+
+TlsSettings renewal_settings(const Credentials& own) {
+  TlsSettings settings = member_settings(own, TlsSettings::Side::kClient);
+  settings.judge = [is_member = settings.judge](const Certificate& certificate, int depth) {
+    auto refusal = is_member(certificate, depth);
+    return refusal ? refusal : judge_base(certificate, depth);
+  };
+  return settings;
 }
 
 std::string address_text(const JoinText& text) {
@@ -182,11 +199,13 @@ Result<Identity> join_fleet(const KeyFolder& keys, const JoinText& text, Time de
                            .proof = join_proof(hash, exported),
                            .pem = csr->to_pem()};
       },
-      deadline);
+      // TLS has proven the base: its refusal would be the same at its other addresses.
+      [](const JoinAnswer&) { return Result<void>(); }, deadline);
   if (!answer) return answer.error();
   const auto lock = keys.lock();
   if (!lock) return lock.error();
-  auto identity = take_over(keys, *answer, text.root);
+  auto identity =
+      take_over(keys, *answer, {.root = text.root, .identity = {}, .another_fleet = true});
   if (!identity) return identity;
   if (auto done = keys.write_public(kAuthorityFile, address_text(text)); !done) return done.error();
   return identity;
@@ -211,18 +230,23 @@ Result<Identity> renew_certificate(const KeyFolder& keys, std::vector<std::strin
   if (!key) return key.error();
   const auto csr = CertificateRequest::make(*key, own->identity.uris());
   if (!csr) return csr.error();
-  const auto context = TlsContext::make(member_settings(*own, TlsSettings::Side::kClient));
+  const auto context = TlsContext::make(renewal_settings(*own));
   if (!context) return context.error();
-  const auto answer = ask_any(
+  const auto accepted = ask_any(
       hosts, port, *context,
       [&](const TlsSession&) -> Result<JoinRequest> {
         return JoinRequest{.renews = true, .token = {}, .proof = {}, .pem = csr->to_pem()};
       },
+      [&](const JoinAnswer& answer) -> Result<void> {
+        const auto lock = keys.lock();
+        if (!lock) return lock.error();
+        const auto done = take_over(
+            keys, answer, {.root = {}, .identity = own->identity, .another_fleet = false});
+        return done ? Result<void>() : Result<void>(done.error());
+      },
       deadline);
-  if (!answer) return answer.error();
-  const auto lock = keys.lock();
-  if (!lock) return lock.error();
-  return take_over(keys, *answer, {});
+  if (!accepted) return accepted.error();
+  return own->identity;
 }
 
 }  // namespace tims::security

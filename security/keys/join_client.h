@@ -15,7 +15,7 @@ namespace tims::security {
 Result<Identity> join_fleet(const KeyFolder& keys, const JoinText& text, Time deadline);
 
 // Gets a new certificate for a new key from the authority: at `hosts`, then where join_fleet() has
-// found it.
+// found it. Whoever else answers there changes nothing, and the next address is tried.
 Result<Identity> renew_certificate(const KeyFolder& keys, std::vector<std::string> hosts,
                                    Time deadline);
 

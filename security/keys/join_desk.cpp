@@ -201,33 +201,48 @@ JoinAnswer JoinDesk::issue(const Authority& authority, const Identity& identity,
   return answer;
 }
 
+namespace {
+
+// Of who enters a fleet: the chain must lead to a root of the list, which the expected root, if one
+// is given, must be among.
+Result<void> enter(const KeyFolder& keys, const JoinAnswer& answer,
+                   const std::vector<Certificate>& chain, const std::string& fleet,
+                   const Expected& expected) {
+  const auto roots = Certificate::from_pem(answer.roots);
+  if (!roots) return roots.error();
+  const auto list = FleetList::open(answer.list, *roots, fleet);
+  if (!list) return list.error();
+  const bool has_root =
+      !expected.root || std::ranges::any_of(list->roots, [&](const Certificate& one) {
+        return std::ranges::equal(View(one.fingerprint()).first(expected.root->size()),
+                                  *expected.root);
+      });
+  if (!has_root || !leads_to(list->roots, chain))
+    return Error(Errc::kRefused, "the certificate does not come from the expected authority");
+  return keys.take_over(chain, list->roots, answer.list);
+}
+
+}  // namespace
+
 Result<Identity> take_over(const KeyFolder& keys, const JoinAnswer& answer,
-                           const std::optional<std::array<std::byte, 16>>& root) {
+                           const Expected& expected) {
   if (!answer.refused.empty()) return Error(Errc::kRefused, answer.refused);
   const auto chain = Certificate::from_pem(answer.chain);
   if (!chain) return chain.error();
-  const auto roots = Certificate::from_pem(answer.roots);
-  if (!roots) return roots.error();
   auto identity = Identity::parse(chain->front().uris());
   if (!identity) return identity.error();
-  const auto list = FleetList::open(answer.list, *roots, identity->fleet);
-  if (!list) return list.error();
+  if (expected.identity && *identity != *expected.identity)
+    return Error(Errc::kRefused, "the certificate is that of " + identity->to_string() +
+                                     ", not of " + expected.identity->to_string());
   const auto key = keys.next_key();
   if (!key) return key.error();
   if (!chain->front().belongs_to(*key))
     return Error(Errc::kMalformed, "the certificate is for another key than the one in " +
                                        keys.file("identity.key.next"));
-  const bool expected = !root || std::ranges::any_of(*roots, [&](const Certificate& one) {
-    return std::ranges::equal(View(one.fingerprint()).first(root->size()), *root);
-  });
-  const bool leads = chain->size() == 2 && chain->back().has_signed(chain->front()) &&
-                     std::ranges::any_of(*roots, [&](const Certificate& one) {
-                       return one.has_signed(chain->back());
-                     });
-  if (!expected || !leads)
-    return Error(Errc::kRefused, "the certificate does not come from the expected authority");
-  // A list that lies there already may be of another fleet that this member leaves, or be newer.
-  if (auto done = keys.take_over(*chain, *roots, answer.list); !done) return done.error();
+  const bool is_member = expected.identity || (!expected.another_fleet && keys.load().ok());
+  const auto done = is_member ? keys.renew(*chain, answer.list)
+                              : enter(keys, answer, *chain, identity->fleet, expected);
+  if (!done) return done.error();
   return identity;
 }
 

@@ -91,10 +91,19 @@ class JoinDesk {
   GuessLimit guesses_;
 };
 
+// What a member expects of an answer.
+struct Expected {
+  std::optional<std::array<std::byte, 16>> root{};  // how the fingerprint of one root begins
+  std::optional<Identity> identity{};               // of who renews: the present one
+  // A person has decided it: what the folder has of another authority may be forgotten.
+  bool another_fleet = false;
+};
+
 // What a member does with an answer: takes certificate, roots and list over. The own key is that of
-// KeyFolder::next_key(). The chain must lead to a root whose fingerprint begins with `root`, if
-// given.
+// KeyFolder::next_key(). Who is a member already believes the authority that it believes, and no
+// root that the answer names, unless `another_fleet`. After an error (kRefused, kMalformed), all
+// files are as before.
 Result<Identity> take_over(const KeyFolder& keys, const JoinAnswer& answer,
-                           const std::optional<std::array<std::byte, 16>>& root);
+                           const Expected& expected);
 
 }  // namespace tims::security

@@ -1,12 +1,15 @@
 #include "security/keys/join_desk.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "security/keys/members_fixture.h"
+#include "tests/support/folder_contents.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::join_desk_test {
 
+using testing::HasSubstr;
 constexpr std::int64_t kNow = 1'800'000'000;
 
 class JoinDeskTest : public testing::Test {
@@ -52,7 +55,7 @@ TEST_F(JoinDeskTest, WhoHasTheSecretJoins) {
   const auto read = JoinAnswer::parse(answer.encode()).value();
   std::array<std::byte, 16> root{};
   std::copy_n(authority_.root().fingerprint().begin(), 16, root.begin());
-  EXPECT_EQ(take_over(robot_, read, root).value(), identity_);
+  EXPECT_EQ(take_over(robot_, read, {.root = root}).value(), identity_);
   EXPECT_EQ(robot_.load()->identity, identity_);
   EXPECT_EQ(robot_.load()->list_number(), 1U);
   EXPECT_EQ(authority_.issued()->size(), 1U);
@@ -140,7 +143,7 @@ TEST_F(JoinDeskTest, WhoRenewsShowsACertificateThatIsNotRevoked) {
 
 TEST_F(JoinDeskTest, AnswersOfAnotherAuthorityAreNotTakenOver) {
   const JoinAnswer answer = desk_.answer(request(robot_), asker_, kNow);
-  EXPECT_FALSE(take_over(robot_, answer, std::array<std::byte, 16>{}).ok());
+  EXPECT_FALSE(take_over(robot_, answer, {.root = std::array<std::byte, 16>{}}).ok());
   const KeyFolder other_base((folder_.path() / "other").string());
   const auto other = Authority::init(other_base, "f", kNow).value();
   JoinAnswer mixed = answer;
@@ -152,6 +155,116 @@ TEST_F(JoinDeskTest, AnswersOfAnotherAuthorityAreNotTakenOver) {
   EXPECT_EQ(
       take_over(robot_, {.refused = "because", .chain = {}, .roots = {}, .list = {}}, {}).error(),
       Errc::kRefused);
+}
+
+// A member that answers for the authority of its fleet, with an authority of its own.
+class RenewalTest : public JoinDeskTest {
+ protected:
+  RenewalTest() {
+    EXPECT_TRUE(take_over(robot_, desk_.answer(request(robot_), asker_, kNow), {}).ok());
+    EXPECT_TRUE(robot_.next_key().ok());
+    asker_.proven = robot_.load()->chain.front();
+  }
+  static JoinAnswer issued_by(const Authority& authority, const Identity& identity,
+                              const KeyFolder& member) {
+    const auto csr = CertificateRequest::make(member.next_key().value(), {}).value();
+    return {.refused = {},
+            .chain = to_pem(authority.issue(identity, {}, csr, kNow).value()),
+            .roots = to_pem(authority.list()->roots),
+            .list = authority.list_bytes().value()};
+  }
+  JoinAnswer genuine() {
+    JoinRequest renewal = request(robot_);
+    renewal.renews = true;
+    return desk_.answer(renewal, asker_, kNow);
+  }
+  // Why it is refused; the folder must be as before.
+  std::string refusal_of(const JoinAnswer& answer) {
+    const auto before = test::contents_of(robot_.path());
+    const auto taken = take_over(robot_, answer, {.identity = identity_});
+    EXPECT_TRUE(test::contents_of(robot_.path()) == before);
+    return taken ? "" : taken.error().detail();
+  }
+
+  Authority impostor_ =
+      Authority::init(KeyFolder((folder_.path() / "impostor").string()), "f", kNow).value();
+};
+
+TEST_F(RenewalTest, NoOtherAuthorityIsBelieved) {
+  const JoinAnswer forged = issued_by(impostor_, identity_, robot_);
+  EXPECT_THAT(refusal_of(forged),
+              HasSubstr("believes another authority of the fleet f: list of the fleet: is not "
+                        "signed by this fleet's authority"));
+  JoinAnswer mixed = genuine();
+  mixed.chain = forged.chain;
+  EXPECT_THAT(refusal_of(mixed), HasSubstr("comes from no root that " + robot_.path()));
+  mixed.roots = forged.roots;
+  EXPECT_THAT(refusal_of(mixed), HasSubstr("comes from no root")) << "its own roots do not count";
+  mixed = genuine();
+  mixed.list = forged.list;
+  EXPECT_THAT(refusal_of(mixed), HasSubstr("is not signed by this fleet's authority"));
+  mixed.list.clear();
+  EXPECT_THAT(refusal_of(mixed), HasSubstr("list of the fleet: is none"));
+  mixed = genuine();
+  mixed.roots = forged.roots;
+  EXPECT_EQ(take_over(robot_, mixed, {.identity = identity_}).value(), identity_);
+  EXPECT_EQ(robot_.load()->roots, std::vector{authority_.root()});
+}
+
+TEST_F(RenewalTest, ANewListCountsForTheRootsAlsoInTheSameAnswer) {
+  ASSERT_TRUE(authority_.rotate(kNow + 1).ok());
+  // The list with the new root is signed by the old one; the certificate is the new one's.
+  const JoinAnswer of_new_root = issued_by(authority_, identity_, robot_);
+  ASSERT_EQ(take_over(robot_, of_new_root, {.identity = identity_}).value(), identity_);
+  EXPECT_TRUE(authority_.root().has_signed(robot_.load()->chain.back()));
+  ASSERT_TRUE(authority_.finish_rotation(true, kNow + 2).ok());
+  ASSERT_EQ(
+      take_over(robot_, issued_by(authority_, identity_, robot_), {.identity = identity_}).value(),
+      identity_);
+  EXPECT_EQ(robot_.load()->roots, std::vector{authority_.root()});
+}
+
+TEST_F(RenewalTest, ARootThatIsBelievedNoLongerDoesNotComeBack) {
+  const JoinAnswer of_old_root = genuine();
+  ASSERT_TRUE(authority_.rotate(kNow + 1).ok());
+  ASSERT_TRUE(robot_.take_over_list(authority_.list_bytes().value()).value());
+  ASSERT_TRUE(authority_.finish_rotation(true, kNow + 2).ok());
+  JoinAnswer mixed = of_old_root;
+  mixed.list = authority_.list_bytes().value();
+  EXPECT_THAT(refusal_of(mixed), HasSubstr("comes from no root")) << "not of those of the new list";
+  ASSERT_TRUE(robot_.take_over_list(mixed.list).value());
+  EXPECT_THAT(refusal_of(of_old_root), HasSubstr("is not signed by this fleet's authority"));
+}
+
+TEST_F(RenewalTest, TheListDoesNotGoBack) {
+  const JoinAnswer first = genuine();
+  ASSERT_TRUE(authority_.revoke("system/3/1", kNow).ok());
+  ASSERT_TRUE(robot_.take_over_list(authority_.list_bytes().value()).value());
+  ASSERT_EQ(take_over(robot_, first, {.identity = identity_}).value(), identity_);
+  EXPECT_EQ(robot_.load()->list_number(), 2U);
+  // Neither by files, whatever a person decides: it is the same authority.
+  for (const bool another_fleet : {false, true}) {
+    JoinAnswer again = issued_by(authority_, identity_, robot_);
+    again.list = first.list;
+    ASSERT_EQ(take_over(robot_, again, {.another_fleet = another_fleet}).value(), identity_);
+    EXPECT_EQ(robot_.load()->list_number(), 2U);
+  }
+}
+
+TEST_F(RenewalTest, OnlyOfTheSameMember) {
+  EXPECT_EQ(refusal_of(issued_by(authority_, robot(4), robot_)),
+            "the certificate is that of system 4, id 1 (robot4), not of system 3, id 1 (robot3)");
+  // A stick may bring another identity of the same authority.
+  EXPECT_EQ(take_over(robot_, issued_by(authority_, robot(4), robot_), {}).value(), robot(4));
+}
+
+TEST_F(RenewalTest, AnotherFleetIsEnteredOnlyByAPersonsDecision) {
+  const JoinAnswer other = issued_by(impostor_, identity_, robot_);
+  const auto before = test::contents_of(robot_.path());
+  EXPECT_EQ(take_over(robot_, other, {}).error(), Errc::kRefused);
+  EXPECT_TRUE(test::contents_of(robot_.path()) == before);
+  ASSERT_TRUE(take_over(robot_, other, {.another_fleet = true}).ok());
+  EXPECT_EQ(robot_.load()->roots, std::vector{impostor_.root()});
 }
 
 TEST_F(JoinDeskTest, RequestsAndAnswersAreReadBackAndCutOnesRefused) {

@@ -214,24 +214,38 @@ Result<PrivateKey> KeyFolder::next_key() const {
   return key;
 }
 
-// A reader finds the old certificate with the old key, or the new one with the next key (load()).
+Result<void> KeyFolder::renew(const std::vector<Certificate>& chain, View list) const {
+  const auto own = load();
+  if (!own) return own.error();
+  const auto opened = FleetList::open(list, own->roots, own->identity.fleet);
+  if (!opened)
+    return Error(Errc::kRefused, path_ + " believes another authority of the fleet " +
+                                     own->identity.fleet + ": " + opened.error().detail());
+  const bool is_newer = opened->number > own->list_number();
+  if (!leads_to(is_newer ? opened->roots : own->roots, chain))
+    return Error(Errc::kRefused, "the certificate comes from no root that " + path_ + " believes");
+  if (is_newer)
+    if (auto done = write_list(list, opened->roots); !done) return done;
+  return write_own(chain);
+}
+
 Result<void> KeyFolder::take_over(const std::vector<Certificate>& chain,
                                   const std::vector<Certificate>& roots, View list) const {
-  if (auto done = take_over_roots(roots, list); !done) return done;
+  const auto own = load();
+  if (own && FleetList::open(list, own->roots, own->identity.fleet).ok()) return renew(chain, list);
+  const auto done =
+      list.empty() ? write_public("fleet.pem", to_pem(roots)) : forget_fleet(roots, list);
+  return done ? write_own(chain) : done;
+}
+
+// A reader finds the old certificate with the old key, or the new one with the next key (load()).
+Result<void> KeyFolder::write_own(const std::vector<Certificate>& chain) const {
   if (auto done = write_public("identity.pem", to_pem(chain)); !done) return done;
   const auto key = own_key(chain.front());  // gives the next key its place
   return key ? Result<void>() : Result<void>(key.error());
 }
 
-// A member of the fleet goes on with its newest list; who comes from another one forgets that.
-Result<void> KeyFolder::take_over_roots(const std::vector<Certificate>& roots, View list) const {
-  const auto own = load();
-  if (own && !list.empty()) {
-    const auto opened = FleetList::open(list, own->roots, own->identity.fleet);
-    if (opened && opened->number <= own->list_number()) return {};
-    if (opened) return write_list(list, opened->roots);
-  }
-  if (list.empty()) return write_public("fleet.pem", to_pem(roots));
+Result<void> KeyFolder::forget_fleet(const std::vector<Certificate>& roots, View list) const {
   if (auto done = remove("revoked.list"); !done) return done;
   if (auto done = write_public("fleet.pem", to_pem(roots)); !done) return done;
   return write_public("revoked.list", text_of(list));

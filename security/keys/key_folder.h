@@ -45,8 +45,13 @@ class KeyFolder {
   [[nodiscard]] Result<Credentials> load() const;
   // The key for the next certificate: that of an interrupted attempt, or a new one.
   [[nodiscard]] Result<PrivateKey> next_key() const;
-  // Takes over the certificate for the next key. A list that is not newer than the present one of
-  // the same fleet is left out; empty: none.
+  // Takes over the certificate for the next key, with the list that came with it. Only what comes
+  // from the authority that this folder believes: the list must open under the present roots, and
+  // the chain lead to one of the roots of the newer list. A list that is not newer is left out.
+  // kRefused otherwise; nothing has changed then.
+  [[nodiscard]] Result<void> renew(const std::vector<Certificate>& chain, View list) const;
+  // The same for who enters a fleet; the caller answers for `roots`. What the folder has of another
+  // authority is forgotten, also its list. Empty list: none came with it.
   [[nodiscard]] Result<void> take_over(const std::vector<Certificate>& chain,
                                        const std::vector<Certificate>& roots, View list = {}) const;
   // Stores a list that is newer than the present one, and its roots. False: it is not newer.
@@ -58,8 +63,8 @@ class KeyFolder {
   [[nodiscard]] Result<os::File> open_folder() const;
   [[nodiscard]] Result<std::string> read(std::string_view name, bool secret) const;
   [[nodiscard]] Result<void> write(std::string_view name, std::string_view text, bool secret) const;
-  [[nodiscard]] Result<void> take_over_roots(const std::vector<Certificate>& roots,
-                                             View list) const;
+  [[nodiscard]] Result<void> forget_fleet(const std::vector<Certificate>& roots, View list) const;
+  [[nodiscard]] Result<void> write_own(const std::vector<Certificate>& chain) const;
   [[nodiscard]] Result<PrivateKey> own_key(const Certificate& certificate) const;
 
   std::string path_;

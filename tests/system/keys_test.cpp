@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "security/keys/authority.h"
 #include "tests/support/child_process.h"
+#include "tests/support/folder_contents.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::test::keys_test {
@@ -167,6 +168,26 @@ TEST_F(KeysTest, ByFilesWithoutANetwork) {
   ASSERT_EQ(imported.status, 0) << imported.err;
   EXPECT_EQ(robot_.load()->identity.rights,
             (security::Rights{.look = true, .drive = true, .configure = false}));
+}
+
+TEST_F(KeysTest, AnAnswerOfAnotherAuthorityIsImportedOnlyWithForce) {
+  init();
+  ASSERT_EQ(join(token("3"), robot_).status, 0);
+  const std::string other = (folder_.path() / "other").string();
+  ASSERT_EQ(timsctl({"key", "init", "--fleet", "harbour", "--keys", other}).status, 0);
+  const std::string request = (folder_.path() / "request").string();
+  const std::string answer = (folder_.path() / "answer").string();
+  ASSERT_EQ(timsctl({"key", "request", request, "--keys", robot_.path()}).status, 0);
+  ASSERT_EQ(timsctl({"key", "sign", request, answer, "--keys", other, "--system", "3"}).status, 0);
+  const auto before = contents_of(robot_.path());
+  const Said refused = timsctl({"key", "import", answer, "--keys", robot_.path()});
+  EXPECT_EQ(refused.status, 5);
+  EXPECT_THAT(refused.err, HasSubstr("believes another authority of the fleet harbour"));
+  EXPECT_THAT(refused.err, HasSubstr("if this host shall leave the fleet of its present keys: "
+                                     "--force"));
+  EXPECT_TRUE(contents_of(robot_.path()) == before);
+  EXPECT_EQ(timsctl({"key", "import", answer, "--force", "--keys", robot_.path()}).status, 0);
+  EXPECT_EQ(robot_.load()->roots, security::KeyFolder(other).load()->roots);
 }
 
 // A disk without room, or one that can only be read: nothing changes, the error says so, and the

@@ -236,7 +236,9 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view) { o.bearer = true; }},
     {"finish", 0, "", "believe the old root no longer",
      [](Options& o, string_view) { o.finish = true; }},
-    {"force", 0, "", "also if members would have to join again, or something is lost (deploy)",
+    {"force", 0, "",
+     "also if members would have to join again, this host leaves its fleet (import), or something "
+     "is lost (deploy)",
      [](Options& o, string_view) { o.force = true; }},
     {"undo", 0, "", "back to what was there before the last deployment",
      [](Options& o, string_view) { o.undo = true; }},

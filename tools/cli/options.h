@@ -96,7 +96,7 @@ struct Options {
   bool detach = false;
   bool gps = false;         // of nav goto
   bool finish = false;      // of key rotate
-  bool force = false;       // of key rotate --finish, deploy
+  bool force = false;       // of key rotate --finish, key import, deploy
   bool undo = false;        // of deploy
   bool until_idle = false;  // of key serve
   bool insecure = false;    // of sim up

@@ -266,8 +266,9 @@ constexpr Verb kOwnVerbs[] = {
      "Without a network, step 2, on the base: sign a request. ANSWER has certificate, roots and "
      "list; nothing in it is secret.",
      "timsctl key sign robot3.request robot3.answer --role system --system 3", key_sign},
-    {"key", "import", "ANSWER", 1, 1, "keys", false,
-     "Without a network, step 3, on the robot: take certificate, roots and list over.",
+    {"key", "import", "ANSWER", 1, 1, "keys force", false,
+     "Without a network, step 3, on the robot: take certificate, roots and list over. An answer of "
+     "another authority than that of the keys in the folder is refused (unless --force).",
      "timsctl key import /media/stick/robot3.answer", key_import},
     {"key", "renew", "", 0, 0, "keys", false,
      "Get a new certificate for a new key; also after the present one has expired. On a robot: "

@@ -127,9 +127,18 @@ constexpr Column kOwnLines[] = {
 
 // The answer that `key sign` writes and `key import` reads.
 void import_answer(const KeyFolder& keys, std::string_view bytes, Context& context) {
+  const bool force = context.options.force;
   const auto answer = key_value(security::JoinAnswer::parse(security::view_of(bytes)));
   const auto lock = key_value(keys.lock());
-  const Identity identity = key_value(security::take_over(keys, answer, {}));
+  const auto taken =
+      security::take_over(keys, answer, {.root = {}, .identity = {}, .another_fleet = force});
+  if (!taken) {
+    Failure failure = key_failure(taken.error());
+    if (taken.error() == tims::Errc::kRefused && !force)
+      failure.hint = "if this host shall leave the fleet of its present keys: --force";
+    throw failure;
+  }
+  const Identity& identity = *taken;
   const Credentials own = key_value(keys.load());
   context.out.note(
       fmt::format("{} in the fleet {}, root {}: compare it with `timsctl key show` on "
@@ -407,8 +416,9 @@ Exit key_rotate(Context& context) {
                   "fleet has reached them",
                   fingerprint_text(authority.root()), key_value(authority.list()).number));
   context.out.note(
-      "routers renew their certificates within an hour while timsctl key serve runs here, users "
-      "by timsctl key renew; when timsctl key list shows nobody with an old root, "
+      "routers renew their certificates within ten minutes (security.renew_within) while timsctl "
+      "key serve runs here, users by timsctl key renew; when timsctl key list shows nobody with an "
+      "old root, "
       "timsctl key rotate --finish");
   return Exit::kDone;
 }
