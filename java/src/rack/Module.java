@@ -245,8 +245,9 @@ public abstract class Module {
     commandTask.start();
     try {
       while (!stops) step();
+    } finally { // also if this thread was interrupted
+      stop();
       if (isOn()) turnOff();
-    } finally {
       commandTask.join();
       moduleCleanup();
       log(Level.PRINT, "Terminated");

@@ -147,15 +147,18 @@ public final class Session implements AutoCloseable {
       if (closed) throw closedError();
       if (mailboxes.putIfAbsent(address, mailbox) != null) throw inUse(address);
     }
+    int answer;
     try {
-      if (register(address) != Type.OK) throw inUse(address);
+      answer = register(address);
     } catch (TimsException | InterruptedException error) {
-      synchronized (this) {
-        mailboxes.remove(address);
-      }
+      closed(mailbox); // the router may still register it
       throw error;
     }
-    return mailbox;
+    if (answer == Type.OK) return mailbox;
+    synchronized (this) {
+      mailboxes.remove(address, mailbox);
+    }
+    throw inUse(address);
   }
 
   /** The same with an address as "Tool(0/7)". */
@@ -298,9 +301,11 @@ public final class Session implements AutoCloseable {
 
   private boolean connectOnce() throws InterruptedException {
     Connection attempt;
+    Reports reports;
     try {
       attempt = newConnection();
-      attempt.open(new Reports(attempt));
+      reports = new Reports(attempt);
+      attempt.open(reports);
     } catch (IOException error) {
       synchronized (this) {
         lost = error.getMessage() == null ? error.getClass().getSimpleName() : error.getMessage();
@@ -311,6 +316,10 @@ public final class Session implements AutoCloseable {
     synchronized (this) {
       if (closed) {
         attempt.close();
+        return false;
+      }
+      if (reports.end != null) { // the router has closed it already
+        lost = reports.end;
         return false;
       }
       connection = attempt;
@@ -364,6 +373,7 @@ public final class Session implements AutoCloseable {
 
   private final class Reports implements Connection.Listener {
     private final Connection from;
+    private String end; // null: it has not ended; guarded by the session
 
     Reports(Connection from) {
       this.from = from;
@@ -384,8 +394,9 @@ public final class Session implements AutoCloseable {
     @Override
     public void ended(String why) {
       synchronized (Session.this) {
+        end = why == null ? "it ended" : why;
         if (connection != from) return;
-        lost = why;
+        lost = end;
         connection = null;
         Session.this.notifyAll();
       }
