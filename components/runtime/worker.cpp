@@ -25,29 +25,32 @@ tims::Result<void> Worker::add(const tims::Header& request, Work work) {
 }
 
 std::vector<tims::Header> Worker::stop() {
-  std::vector<tims::Header> left;
+  std::deque<Command> given_up;  // destroyed without the mutex, as in run()
   {
     const std::lock_guard lock(mutex_);
     is_stopped_ = true;
-    for (const Command& command : waiting_) left.push_back(command.request);
-    waiting_.clear();
+    given_up.swap(waiting_);
   }
   changed_.notify_one();
   thread_.reset();
+  std::vector<tims::Header> left;
+  for (const Command& command : given_up) left.push_back(command.request);
   return left;
 }
 
-void Worker::run() {
+std::optional<Worker::Work> Worker::next() {
   std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [this] { return is_stopped_ || !waiting_.empty(); });
-    if (is_stopped_) return;
-    const Work work = std::move(waiting_.front().work);
-    waiting_.pop_front();
-    lock.unlock();
-    work();
-    lock.lock();
-  }
+  changed_.wait(lock, [this] { return is_stopped_ || !waiting_.empty(); });
+  if (is_stopped_) return std::nullopt;
+  Work work = std::move(waiting_.front().work);
+  waiting_.pop_front();
+  return work;
+}
+
+// A work is destroyed without the mutex: what it holds may wait, as an object of Python does for
+// the interpreter's lock, whose holder may wait in add().
+void Worker::run() {
+  while (const auto work = next()) (*work)();
 }
 
 }  // namespace rack

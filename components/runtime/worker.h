@@ -41,6 +41,8 @@ class Worker {
   };
 
   void run();
+  // Waits for it; nothing: the worker stops.
+  std::optional<Work> next();
 
   std::string name_;
   std::mutex mutex_;  // protects the members below

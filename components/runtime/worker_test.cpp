@@ -1,7 +1,10 @@
 #include "components/runtime/worker.h"
 
 #include <future>
+#include <memory>
+#include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -72,6 +75,43 @@ TEST(Worker, ReturnsTheRequestsThatWaitWhenItStops) {
   ASSERT_GE(left.size(), 2U);
   EXPECT_EQ(left[0].seq_nr, 2);
   EXPECT_EQ(left[1].seq_nr, 3);
+}
+
+// As the interpreter's lock of Python, which a thread may take again.
+using Interpreter = std::recursive_mutex;
+
+// A work that needs the lock to be destroyed.
+Worker::Work owned_by(Interpreter& interpreter) {
+  return [kept = std::shared_ptr<void>(
+              nullptr, [&interpreter](void*) { const std::lock_guard held(interpreter); })] {};
+}
+
+TEST(Worker, DestroysWorkWithoutItsMutex) {
+  Interpreter interpreter;
+  Worker worker("test");
+  for (int i = 0; i < 5'000; ++i) {
+    const std::lock_guard held(interpreter);
+    (void)worker.add({}, owned_by(interpreter));
+  }
+}
+
+TEST(Worker, DestroysWorkThatWaitsWithoutItsMutex) {
+  Interpreter interpreter;
+  Worker worker("test");
+  Long first;
+  ASSERT_TRUE(worker.add({}, first.work()));
+  first.wait_until_it_began();
+  ASSERT_TRUE(worker.add({}, owned_by(interpreter)));
+  std::unique_lock held(interpreter);
+  auto stopped = std::async(std::launch::async, [&worker] { return worker.stop(); });
+  const auto is_stopping = [&worker] {
+    const auto added = worker.add({}, [] {});
+    return !added && added.error().detail().find("stopping") != std::string::npos;
+  };
+  while (!is_stopping()) std::this_thread::yield();
+  held.unlock();
+  first.release();
+  EXPECT_GE(stopped.get().size(), 1U);
 }
 
 TEST(Worker, IsAnOrdinaryThreadAlsoForARealTimeTask) {
