@@ -251,6 +251,13 @@ Result<void> Mailbox::send(const Envelope& envelope,
   return core_->commit(draft);
 }
 
+Result<void> Mailbox::try_send(const Envelope& envelope, std::span<const std::byte> body) {
+  MailboxCore::Draft draft;
+  if (auto claimed = core_->try_claim(envelope, body.size(), draft); !claimed) return claimed;
+  if (!body.empty()) std::memcpy(draft.claim.body, body.data(), body.size());
+  return core_->commit(draft);
+}
+
 Result<void> Mailbox::reply(const Header& request, std::int8_t type,
                             std::span<const std::byte> body) {
   return send(

@@ -33,6 +33,8 @@ class MailboxCore {
     Header header;
   };
   Result<void> claim(const Envelope& envelope, std::size_t body_size, Draft& draft);
+  // The same without waiting. kTimeout: it would have to.
+  Result<void> try_claim(const Envelope& envelope, std::size_t body_size, Draft& draft);
   Result<void> commit(const Draft& draft);
 
   [[nodiscard]] Address address() const { return address_; }
@@ -42,6 +44,7 @@ class MailboxCore {
   [[nodiscard]] MailboxCounters counters() const;
 
  private:
+  Result<void> begin(const Envelope& envelope, std::size_t body_size, Draft& draft) const;
   Result<void> claim_slot(Draft& draft);
   shm::SendOutcome wait_for_room(Draft& draft);
   [[nodiscard]] Error not_sent(shm::SendOutcome outcome, Address dest) const;
@@ -66,8 +69,8 @@ class MailboxCore {
 
 // --- hot path ---
 
-inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t body_size,
-                                       Draft& draft) {
+inline Result<void> MailboxCore::begin(const Envelope& envelope, std::size_t body_size,
+                                       Draft& draft) const {
   if (body_size > shm::kMessageMax - kHeaderSize) return Errc::kTooBig;
   const std::uint8_t order = envelope.body_order & flag::kBodyLittleEndian;
   const std::uint8_t stream = envelope.stream ? flag::kStream : 0;
@@ -81,7 +84,26 @@ inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t bod
                   .dest = envelope.dest,
                   .src = address_,
                   .length = static_cast<std::uint32_t>(kHeaderSize + body_size)};
+  return {};
+}
+
+inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t body_size,
+                                       Draft& draft) {
+  if (auto begun = begin(envelope, body_size, draft); !begun) return begun;
   return claim_slot(draft);
+}
+
+inline Result<void> MailboxCore::try_claim(const Envelope& envelope, std::size_t body_size,
+                                           Draft& draft) {
+  if (auto begun = begin(envelope, body_size, draft); !begun) return begun;
+  const Header& header = draft.header;
+  draft.target = session_->known_target(header.dest);
+  if (draft.target == nullptr) return Errc::kTimeout;
+  const auto outcome = draft.target->sender.claim(header.length, header.priority, draft.claim);
+  if (shm::taken(outcome)) return {};
+  const bool may_come = outcome == shm::SendOutcome::kFull && draft.target->uplink;
+  if (may_come || outcome == shm::SendOutcome::kClosed) return Errc::kTimeout;
+  return not_sent(outcome, header.dest);
 }
 
 inline Result<void> MailboxCore::claim_slot(Draft& draft) {

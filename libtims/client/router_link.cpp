@@ -88,9 +88,43 @@ Result<void> RouterLink::wait_connected(Time deadline) {
   return {};
 }
 
+Result<void> RouterLink::wait_connected(const GoOn& go_on) {
+  for (;;) {
+    auto ready = wait_connected(os::now() + kSlice);
+    if (ready || !(ready.error() == Errc::kTimeout)) return ready;
+    if (!go_on()) return ended_early();
+  }
+}
+
 Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
                                                  std::span<const int> files, std::size_t answers,
                                                  Duration patience) {
+  return exchange_with(record, files, answers, [&](auto& lock, const auto& settled) {
+    return wait(lock, patience, settled);
+  });
+}
+
+Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
+                                                 std::span<const int> files, std::size_t answers,
+                                                 const GoOn& go_on) {
+  bool is_ended = false;
+  auto result = exchange_with(record, files, answers, [&](auto& lock, const auto& settled) {
+    while (!wait(lock, kSlice, settled)) {
+      lock.unlock();  // it may wait, for Python's interpreter for example
+      is_ended = !go_on();
+      lock.lock();
+      if (is_ended) return settled();
+    }
+    return true;
+  });
+  if (!result && is_ended) return ended_early();
+  return result;
+}
+
+template <typename Wait>
+Result<std::vector<Answer>> RouterLink::exchange_with(const wire::Record& record,
+                                                      std::span<const int> files,
+                                                      std::size_t answers, Wait wait_for_answers) {
   Pending pending{.expected = answers, .answers = {}, .failed = false};
   std::unique_lock lock(mutex_);
   if (!connected_) return Error(Errc::kNoRouter, "no router at " + where_);
@@ -100,7 +134,7 @@ Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
     return Error(Errc::kNoRouter, sent.error().message());
   pending_[request] = &pending;
   const auto settled = [&] { return pending.failed || pending.answers.size() >= pending.expected; };
-  const bool done = wait(lock, patience, settled);
+  const bool done = wait_for_answers(lock, settled);
   pending_.erase(request);
   if (!done || pending.failed)
     return Error(Errc::kNoRouter, "the router at " + where_ + " did not answer");

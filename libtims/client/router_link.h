@@ -40,6 +40,9 @@ class Greeting {
   int stop_;
 };
 
+// `go_on` has ended a call.
+inline Error ended_early() { return {Errc::kTimeout, "the call was ended while it waited"}; }
+
 class RouterLink {
  public:
   // Callbacks of the session on the link's own thread.
@@ -68,6 +71,9 @@ class RouterLink {
   void start();
   // Waits until connected, finally refused, or the deadline.
   Result<void> wait_connected(Time deadline);
+  // The same until `go_on`, asked after each slice, returns false: kTimeout.
+  Result<void> wait_connected(const GoOn& go_on);
+  static constexpr Duration kSlice = std::chrono::milliseconds(50);
 
   // Sends a request and waits for `answers` records. kNoRouter: not connected, connection lost
   // during the call, or no answer within `patience`; the default suits requests that a sender waits
@@ -75,6 +81,10 @@ class RouterLink {
   static constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
   Result<std::vector<Answer>> exchange(const wire::Record& record, std::span<const int> files,
                                        std::size_t answers, Duration patience = kAnswerTimeout);
+  // Waits without limit, until `go_on`, asked after each slice, returns false: kTimeout. An answer
+  // that comes later is ignored.
+  Result<std::vector<Answer>> exchange(const wire::Record& record, std::span<const int> files,
+                                       std::size_t answers, const GoOn& go_on);
   // Requests the location of an address. Never waits, not even for another thread that is sending a
   // request. False: it could not be sent now. The listener receives the answer.
   bool ask_later(Address address);
@@ -101,6 +111,10 @@ class RouterLink {
     changed_.wait(lock, settled);
     return true;
   }
+  // Sends it and calls wait_for_answers(lock, settled), which returns whether it is settled.
+  template <typename Wait>
+  Result<std::vector<Answer>> exchange_with(const wire::Record& record, std::span<const int> files,
+                                            std::size_t answers, Wait wait_for_answers);
   void run();
   Result<void> connect();
   Result<os::File> dial();

@@ -225,7 +225,8 @@ Result<void> SessionCore::connect() {
   return link_.wait_connected(os::deadline_after(options_.timeout));
 }
 
-Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOptions> options) {
+Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOptions> options,
+                                                      const GoOn& go_on) {
   if (auto valid = check(options, link_.welcome().widths); !valid) return valid.error();
   auto segment = make_segment(options, options_.name);
   if (!segment) return segment.error();
@@ -234,11 +235,13 @@ Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOpt
     segment.value()->id = ++last_segment_;
   }
   for (;;) {
-    if (auto ready = link_.wait_connected(kNever); !ready) return ready.error();
+    if (auto ready = link_.wait_connected(go_on); !ready) return ready.error();
     // With this lock, a reconnect either finds the new segment and registers it, or happens
     // afterwards.
-    const std::lock_guard registering(registering_mutex_);
-    auto registered = register_segment(**segment);
+    std::unique_lock registering(registering_mutex_, std::defer_lock);
+    while (!registering.try_lock_for(client::RouterLink::kSlice))
+      if (!go_on()) return client::ended_early();
+    auto registered = register_segment(**segment, go_on);
     if (registered) {
       const std::lock_guard lock(own_mutex_);
       std::erase_if(own_, [](const auto& weak) { return weak.expired(); });
@@ -251,29 +254,33 @@ Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOpt
 
 // The router accepts a record as a whole or not at all; with several records, the earlier ones are
 // undone. A router that does not respond is waited for: the record is not sent twice.
-Result<void> SessionCore::register_segment(OwnSegment& segment) {
+Result<void> SessionCore::register_segment(OwnSegment& segment, const GoOn& go_on) {
   const int memfd = segment.memfd.get();
   if (auto offered = link_.exchange(wire::OfferSegment{segment.id}, {&memfd, 1}, 0); !offered)
     return offered.error();
   std::vector<Address> done;
   for (const Batch& batch : batches(segment)) {
-    auto answers = link_.exchange(batch.open, batch.files, 1, kForever);
-    if (!answers) return answers.error();
+    for (const wire::OpenEntry& entry : batch.open.entries) done.push_back(entry.address);
+    auto answers = link_.exchange(batch.open, batch.files, 1, go_on);
+    if (!answers) {
+      if (answers.error() == Errc::kTimeout) withdraw(done, Answered::kNo);
+      return answers.error();
+    }
     const auto* opened = std::get_if<wire::Opened>(&answers->front().record);
     if (opened == nullptr) return Error(Errc::kVersion, "an unexpected answer");
     if (!all_ok(*opened)) {
-      withdraw(done);
+      withdraw(std::span(done).first(done.size() - batch.open.entries.size()));
       return opening_failed(*opened, link_.welcome().widths);
     }
-    for (const wire::OpenEntry& entry : batch.open.entries) done.push_back(entry.address);
   }
   return {};
 }
 
-void SessionCore::withdraw(std::span<const Address> addresses) {
+void SessionCore::withdraw(std::span<const Address> addresses, Answered answered) {
   for (; !addresses.empty();) {
     const auto part = addresses.first(std::min(addresses.size(), wire::kBatchMax));
-    (void)link_.exchange(wire::Close{{part.begin(), part.end()}}, {}, 1);
+    (void)link_.exchange(wire::Close{{part.begin(), part.end()}}, {},
+                         answered == Answered::kYes ? 1 : 0);
     addresses = addresses.subspan(part.size());
   }
 }
@@ -582,7 +589,12 @@ Result<Mailbox> Session::open(const MailboxOptions& options) {
 }
 
 Result<std::vector<Mailbox>> Session::open(std::span<const MailboxOptions> options) {
-  auto segment = core_->open(options);
+  return open(options, [] { return true; });
+}
+
+Result<std::vector<Mailbox>> Session::open(std::span<const MailboxOptions> options,
+                                           const GoOn& go_on) {
+  auto segment = core_->open(options, go_on);
   if (!segment) return segment.error();
   std::vector<Mailbox> mailboxes;
   mailboxes.reserve(options.size());

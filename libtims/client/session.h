@@ -125,7 +125,8 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   SessionCore(SessionOptions options, wire::Endpoint router);
 
   Result<void> connect();
-  Result<std::shared_ptr<OwnSegment>> open(std::span<const MailboxOptions> options);
+  Result<std::shared_ptr<OwnSegment>> open(std::span<const MailboxOptions> options,
+                                           const GoOn& go_on);
   void close(OwnSegment& segment, Address address);
   Result<void> flush(Time deadline);
 
@@ -134,12 +135,11 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   // looked up without waiting.
   Result<client::Target*> target_for(Address dest) {
     client::Route& route = routes_.get(dest);
-    client::Target* target = route.target.load(std::memory_order_acquire);
-    if (target == nullptr || target->sender.closed()) return resolve(route);
-    if (target->confirmed.load(std::memory_order_relaxed) != link_.connection())
-      return confirm(route, *target);
-    return target;
+    if (client::Target* known = known_target(route)) return known;
+    return resolve(route);
   }
+  // The same without waiting; null: the router would have to be asked.
+  client::Target* known_target(Address dest) { return known_target(routes_.get(dest)); }
   // Call it after a message was put into the target.
   static void wake(const client::Target& target) {
     os::wake_owner(target.sender, {target.waker.get(), target.uplink});
@@ -156,11 +156,19 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   void found(const wire::Found& found, client::Answer& answer) override;
   void event(SessionEvent::Kind kind, const std::string& text) override;
 
-  Result<void> register_segment(OwnSegment& segment);
+  Result<void> register_segment(OwnSegment& segment, const GoOn& go_on);
   Result<void> register_again(client::Greeting& greeting, OwnSegment& segment);
   Result<void> uplink_again(client::Greeting& greeting);
-  void withdraw(std::span<const Address> addresses);
+  enum class Answered : std::uint8_t { kNo, kYes };
+  void withdraw(std::span<const Address> addresses, Answered answered = Answered::kYes);
 
+  client::Target* known_target(client::Route& route) {
+    client::Target* target = route.target.load(std::memory_order_acquire);
+    if (target == nullptr || target->sender.closed()) return nullptr;
+    if (target->confirmed.load(std::memory_order_relaxed) != link_.connection())
+      return confirm(route, *target);
+    return target;
+  }
   Result<client::Target*> resolve(client::Route& route);
   client::Target* confirm(client::Route& route, client::Target& target);
   Result<client::Answer> ask(const wire::Record& question);
@@ -179,8 +187,8 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
 
   const SessionOptions options_;
 
-  std::mutex registering_mutex_;  // held while own mailboxes are registered with the router
-  std::mutex own_mutex_;          // protects the members below
+  std::timed_mutex registering_mutex_;  // held while own mailboxes are registered with the router
+  std::mutex own_mutex_;                // protects the members below
   std::vector<std::weak_ptr<OwnSegment>> own_;
   std::uint64_t last_segment_ = 0;
 

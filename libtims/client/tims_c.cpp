@@ -191,6 +191,15 @@ int tims_open_all(tims_session* session, const tims_mailbox_options* options, si
   return 0;
 }
 
+tims_mailbox* tims_open_while(tims_session* session, const tims_mailbox_options* options,
+                              int (*go_on)(void* user), void* user) {
+  const tims::MailboxOptions wanted = options_of(*options);
+  auto opened =
+      session->session.open(std::span(&wanted, 1), [go_on, user] { return go_on(user) != 0; });
+  if (!opened) return fail_null(opened.error());
+  return new tims_mailbox{std::move(opened->front())};
+}
+
 void tims_close(tims_mailbox* mailbox) { delete mailbox; }
 
 int tims_close_linger(tims_mailbox* mailbox, int64_t linger_ns) {
@@ -217,6 +226,11 @@ void tims_mailbox_counters(const tims_mailbox* mailbox, tims_counters* counters)
 int tims_send(tims_mailbox* mailbox, const tims_header* header, const void* body,
               size_t body_size) {
   return outcome(mailbox->mailbox.send(envelope_of(*header), bytes(body, body_size)));
+}
+
+int tims_try_send(tims_mailbox* mailbox, const tims_header* header, const void* body,
+                  size_t body_size) {
+  return outcome(mailbox->mailbox.try_send(envelope_of(*header), bytes(body, body_size)));
 }
 
 int tims_send_pieces(tims_mailbox* mailbox, const tims_header* header, const tims_piece* pieces,

@@ -247,6 +247,12 @@ TIMS_API tims_mailbox* tims_open(tims_session* session, const struct tims_mailbo
  * tims_open. */
 TIMS_API int tims_open_all(tims_session* session, const struct tims_mailbox_options* options,
                            size_t count, tims_mailbox** mailboxes);
+/* tims_open() that can be ended: the calling thread asks go_on(user) about every 50 ms while it
+ * waits; 0 ends the call with TIMS_ETIMEOUT, and nothing is opened. go_on() must not use the
+ * session. */
+TIMS_API tims_mailbox* tims_open_while(tims_session* session,
+                                       const struct tims_mailbox_options* options,
+                                       int (*go_on)(void* user), void* user);
 
 /* A sender notices it with its next message. Messages in the mailbox are lost. NULL is allowed. */
 TIMS_API void tims_close(tims_mailbox* mailbox);
@@ -260,8 +266,9 @@ TIMS_API uint32_t tims_mailbox_body_max(const tims_mailbox* mailbox);
 /* For an event loop: a descriptor that is readable when a message has arrived. Use it only for
  * polling. It is armed by a receive with time-out 0 that ends with TIMS_EEMPTY, and by nothing
  * else: receive until TIMS_EEMPTY before the first poll, and after each wake-up. Whoever takes one
- * message and then polls may wait for ever. It belongs to the mailbox, which closes it. -1 without
- * the option. */
+ * message and then polls may wait for ever. One thread at a time receives from such a mailbox:
+ * while another one does, TIMS_EEMPTY arms nothing. It belongs to the mailbox, which closes it. -1
+ * without the option. */
 TIMS_API int tims_event_fd(const tims_mailbox* mailbox);
 
 struct tims_counters {
@@ -288,6 +295,11 @@ TIMS_API void tims_mailbox_counters(const tims_mailbox* mailbox, struct tims_cou
  * 0, or TIMS_EFULL, TIMS_ETOO_BIG, TIMS_ENO_MAILBOX, TIMS_ENO_ROUTER, TIMS_ERECLAIMED. */
 TIMS_API int tims_send(tims_mailbox* mailbox, const struct tims_header* header, const void* body,
                        size_t body_size);
+
+/* tims_send() that never waits, neither for the router nor for a place. TIMS_ETIMEOUT: it would
+ * have to; nothing is sent. */
+TIMS_API int tims_try_send(tims_mailbox* mailbox, const struct tims_header* header,
+                           const void* body, size_t body_size);
 
 struct tims_piece {
   const void* data;

@@ -1,4 +1,5 @@
 // Uses tims.h as a C program would.
+#include <csignal>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -142,6 +143,36 @@ TEST_F(CApiTest, BodiesFromSeveralPieces) {
   EXPECT_EQ(tims_receive(mailbox, nullptr, buffer, sizeof buffer, 0), 4);
   pieces.assign(65, {"x", 1});
   EXPECT_EQ(tims_send_pieces(mailbox, &to_self, pieces.data(), pieces.size()), TIMS_ETOO_BIG);
+  tims_close(mailbox);
+}
+
+TEST_F(CApiTest, SendsOnlyWhatNeedNotWait) {
+  tims_mailbox* mailbox = open(1);
+  const tims_header to_self{1, 0, 0, 0, -6, 0, 0};
+  EXPECT_EQ(tims_try_send(mailbox, &to_self, "new", 3),
+            TIMS_ETIMEOUT);  // the router would be asked
+  ASSERT_EQ(tims_send(mailbox, &to_self, "known", 5), 0) << tims_error_text();
+  EXPECT_EQ(tims_try_send(mailbox, &to_self, "now", 3), 0) << tims_error_text();
+  char buffer[64];
+  EXPECT_EQ(tims_receive(mailbox, nullptr, buffer, sizeof buffer, 0), 5);
+  EXPECT_EQ(tims_receive(mailbox, nullptr, buffer, sizeof buffer, 0), 3);
+  EXPECT_EQ(std::string(buffer, 3), "now");
+  EXPECT_EQ(tims_try_send(mailbox, &to_self, buffer, sizeof buffer + 1), TIMS_ETOO_BIG);
+  tims_close(mailbox);
+}
+
+TEST_F(CApiTest, AnOpenThatIsEndedOpensNothing) {
+  const tims_mailbox_options options = options_for(9);
+  router_.process().signal(SIGSTOP);
+  int asked = 0;
+  const auto go_on = [](void* user) { return ++*static_cast<int*>(user) < 3 ? 1 : 0; };
+  EXPECT_EQ(tims_open_while(session_, &options, go_on, &asked), nullptr);
+  EXPECT_EQ(tims_error_code(), TIMS_ETIMEOUT);
+  EXPECT_EQ(asked, 3);
+  router_.process().signal(SIGCONT);
+  tims_mailbox* mailbox = tims_open_while(
+      session_, &options, [](void*) { return 1; }, nullptr);
+  ASSERT_NE(mailbox, nullptr) << tims_error_text();
   tims_close(mailbox);
 }
 

@@ -151,6 +151,9 @@ class TIMS_API Mailbox {
   Result<void> send(const Envelope& envelope, std::span<const std::byte> body = {});
   // As above, with the body in several pieces.
   Result<void> send(const Envelope& envelope, std::span<const std::span<const std::byte>> pieces);
+  // As the first, but never waits, neither for the router nor for a place: kTimeout, it would have
+  // to; nothing is sent.
+  Result<void> try_send(const Envelope& envelope, std::span<const std::byte> body = {});
   // Sends to the sender of `request`, with its priority and sequence number.
   Result<void> reply(const Header& request, std::int8_t type, std::span<const std::byte> body = {});
   // Reserves a slot of the receiver for a body of `body_size` bytes; kTooBig, kFull as for send.
@@ -178,7 +181,8 @@ class TIMS_API Mailbox {
 
   // With MailboxOptions::event_fd: a descriptor that is readable when a message has arrived. Use it
   // only for polling. After each wake-up call try_receive or try_peek until kEmpty: that arms it
-  // again. -1 without the option.
+  // again, unless another thread is receiving at that moment. So one thread at a time receives from
+  // such a mailbox. -1 without the option.
   [[nodiscard]] int event_fd() const;
 
  private:

@@ -54,6 +54,10 @@ struct SessionOptions {
   std::function<void(const SessionEvent&)> on_event = {};
 };
 
+// Whether a call that waits shall go on; asked about every 50 ms by the thread that waits. It must
+// not use the session.
+using GoOn = std::function<bool()>;
+
 class SessionCore;
 
 class TIMS_API Session {
@@ -69,6 +73,8 @@ class TIMS_API Session {
   Result<Mailbox> open(const MailboxOptions& options);
   // Opens all or none, in one exchange with the router.
   Result<std::vector<Mailbox>> open(std::span<const MailboxOptions> options);
+  // Waits only until `go_on` returns false: kTimeout, nothing is opened.
+  Result<std::vector<Mailbox>> open(std::span<const MailboxOptions> options, const GoOn& go_on);
 
   // Waits until the router has accepted all messages sent from mailboxes of this session before the
   // call; the router then forwards them even if this program exits. Messages to mailboxes of this
