@@ -181,6 +181,13 @@ void release(void* data) {
 
 // --- methods
 
+// False: raises.
+bool is_within(const char* name, long long value, long long min, long long max) {
+  if (value >= min && value <= max) return true;
+  PyErr_Format(PyExc_ValueError, "%s is %lld: expected %lld to %lld", name, value, min, max);
+  return false;
+}
+
 PyObject* integer(PyObject* self, PyObject* arguments) {
   const char* name = nullptr;
   rack_module* module = module_of(self);
@@ -216,8 +223,9 @@ PyObject* set(PyObject* self, PyObject* arguments) {
     if (of == nullptr) return nullptr;
     good = rack_set_text(module, name, of);
   } else {
-    const long number = PyLong_AsLong(value);
+    const long long number = PyLong_AsLongLong(value);
     if (number == -1 && PyErr_Occurred() != nullptr) return nullptr;
+    if (!is_within(name, number, INT32_MIN, INT32_MAX)) return nullptr;
     good = rack_set_integer(module, name, static_cast<int32_t>(number));
   }
   if (good == 0) Py_RETURN_NONE;
@@ -262,10 +270,13 @@ PyObject* reply(PyObject* self, PyObject* arguments) {
   tims_header header{};
   if (module == nullptr || PyArg_ParseTuple(arguments, "Oiy*", &request, &type, &body) == 0)
     return nullptr;
-  const bool good = header_of(request, &header);
-  const int sent = good ? rack_reply(module, &header, static_cast<int8_t>(type), body.buf,
-                                     static_cast<size_t>(body.len))
-                        : 0;
+  const bool good = is_within("type", type, -128, 127) && header_of(request, &header);
+  int sent = 0;
+  if (good) {  // to a sender that has closed it asks the router
+    Py_BEGIN_ALLOW_THREADS sent = rack_reply(module, &header, static_cast<int8_t>(type), body.buf,
+                                             static_cast<size_t>(body.len));
+    Py_END_ALLOW_THREADS
+  }
   PyBuffer_Release(&body);
   return good ? PyBool_FromLong(sent == 0) : nullptr;
 }
@@ -279,7 +290,9 @@ PyObject* later(PyObject* self, PyObject* arguments) {
       !header_of(request, &header))
     return nullptr;
   Py_INCREF(function);
-  return PyBool_FromLong(rack_later(module, &header, work, release, function) == 0);
+  int added = 0;
+  Py_BEGIN_ALLOW_THREADS added = rack_later(module, &header, work, release, function);
+  Py_END_ALLOW_THREADS return PyBool_FromLong(added == 0);
 }
 
 PyObject* is_on(PyObject* self, PyObject* /*unused*/) {
@@ -293,10 +306,12 @@ PyObject* is_wanted(PyObject* self, PyObject* /*unused*/) {
 }
 
 PyObject* set_period(PyObject* self, PyObject* arguments) {
-  unsigned period = 0;
+  long long period = 0;
   rack_module* module = module_of(self);
-  if (module == nullptr || PyArg_ParseTuple(arguments, "I", &period) == 0) return nullptr;
-  rack_set_period(module, period);
+  if (module == nullptr || PyArg_ParseTuple(arguments, "L", &period) == 0 ||
+      !is_within("period", period, 0, UINT32_MAX))
+    return nullptr;
+  rack_set_period(module, static_cast<uint32_t>(period));
   Py_RETURN_NONE;
 }
 

@@ -1,6 +1,7 @@
-// Mailbox: sends and receives. A message to an address that is known costs no system call and keeps
-// the GIL; what may wait, or copies much, gives it up.
+// Mailbox: sends and receives. A message to a mailbox of this host that is known costs no system
+// call and keeps the GIL; what may wait, or copies much, gives it up.
 #include <algorithm>
+#include <utility>
 
 #include "objects.h"
 
@@ -11,10 +12,6 @@ constexpr Py_ssize_t kLargeBody =
     4096;  // bytes: copying them takes longer than handing the GIL over
 
 Mailbox* self_of(PyObject* object) { return reinterpret_cast<Mailbox*>(object); }
-
-uint32_t& known_place(Mailbox* mailbox, uint32_t address) {
-  return mailbox->known[(address ^ (address >> 8) ^ (address >> 16)) % 8];
-}
 
 void dealloc(PyObject* object) {
   Mailbox* mailbox = self_of(object);
@@ -38,14 +35,12 @@ PyObject* exit(PyObject* object, PyObject* /*unused*/) { return close(object, nu
 
 int send_now(Mailbox* mailbox, const tims_header& header, const Py_buffer& body) {
   const auto size = static_cast<size_t>(body.len);
-  uint32_t& known = known_place(mailbox, header.dest);
-  if (known == header.dest && body.len <= kLargeBody)
-    return tims_send(mailbox->mailbox, &header, body.buf, size);
-  int result = 0;
+  int result = TIMS_ETIMEOUT;
+  if (body.len <= kLargeBody) result = tims_try_send(mailbox->mailbox, &header, body.buf, size);
+  if (result != TIMS_ETIMEOUT) return result;
   ++mailbox->calls;
   Py_BEGIN_ALLOW_THREADS result = tims_send(mailbox->mailbox, &header, body.buf, size);
   Py_END_ALLOW_THREADS-- mailbox->calls;
-  known = result == 0 ? header.dest : 0;
   return result;
 }
 
@@ -189,7 +184,9 @@ PyObject* take(PyObject* object, PyObject* const* given, Py_ssize_t count, PyObj
   if (guard == nullptr && wait == Wait::kNo) Py_RETURN_NONE;
   if (guard == nullptr) guard = wait_for_message(mailbox, header, body, timeout_ns);
   if (guard == nullptr) return nullptr;
-  return make_message(mailbox, guard, header, body, copied);
+  // While this call waited, those of other threads may have taken all that may be held.
+  const bool may_hold = mailbox->held < mailbox->held_max;
+  return make_message(mailbox, guard, header, body, copied || !may_hold);
 }
 
 PyObject* peek(PyObject* object, PyObject* const* given, Py_ssize_t count, PyObject* keywords) {
@@ -259,7 +256,8 @@ PyMethodDef methods[] = {
      "reply(request, type, body=b'', *, flags): to its sender, with its priority and sequence "
      "number"},
     {"peek", as_method(peek), METH_FASTCALL | METH_KEYWORDS,
-     "peek(timeout=None): the next message in place, which holds its slot until it is released"},
+     "peek(timeout=None): the next message in place, which holds its slot until it is released; a "
+     "copy if other threads came to hold held_max messages while it waited"},
     {"receive", as_method(receive), METH_FASTCALL | METH_KEYWORDS,
      "receive(timeout=None): a copy of the next message"},
     {"try_peek", try_peek, METH_NOARGS, "The same without waiting; None: there is no message."},
@@ -270,7 +268,8 @@ PyMethodDef methods[] = {
     {"fileno", fileno, METH_NOARGS,
      "For event loops: armed by receiving until there is no message."},
     {"close", close, METH_NOARGS,
-     "Ends it as soon as no message in place is held and no call waits."},
+     "Ends it as soon as no message in place is held and no call waits. A router that does not "
+     "answer is waited for, at most 5 s."},
     {"__enter__", enter, METH_NOARGS, nullptr},
     {"__exit__", exit, METH_VARARGS, nullptr},
     {nullptr, nullptr, 0, nullptr}};
@@ -287,8 +286,11 @@ PyGetSetDef properties[] = {
 void close_when_unused(Mailbox* mailbox) {
   if (!mailbox->is_closed || mailbox->held > 0 || mailbox->calls > 0 || mailbox->mailbox == nullptr)
     return;
-  if (mailbox->session->generation == mailbox->state->generation) tims_close(mailbox->mailbox);
-  mailbox->mailbox = nullptr;
+  tims_mailbox* closed = std::exchange(mailbox->mailbox, nullptr);
+  if (mailbox->session->generation == mailbox->state->generation) {
+    Py_BEGIN_ALLOW_THREADS tims_close(closed);
+    Py_END_ALLOW_THREADS
+  }
   --mailbox->session->users;
   close_when_unused(mailbox->session);
 }

@@ -57,8 +57,6 @@ struct Mailbox {
   uint32_t held;   // messages in place
   uint32_t calls;  // that wait now
   bool is_closed;
-  // Addresses that a message was sent to: sending there again does not wait for the router.
-  uint32_t known[8];
 };
 
 struct Message {

@@ -114,36 +114,37 @@ PyObject* exit(PyObject* object, PyObject* /*unused*/) { return close(object, nu
 
 // --- mailboxes
 
-// Opening waits for a router as long as there is none, which nobody could interrupt: so this waits
-// before.
-bool wait_for_router(Session* session) {
-  while (tims_is_connected(session->session) == 0) {
-    Py_BEGIN_ALLOW_THREADS const timespec pause{0, kSlice};
-    ::nanosleep(&pause, nullptr);
-    Py_END_ALLOW_THREADS if (PyErr_CheckSignals() != 0 || !is_usable(session)) return false;
-  }
-  return true;
+// A call that waits without the GIL.
+struct Opening {
+  Session* session;
+  PyThreadState* thread;
+};
+
+// Takes the GIL while the library waits for a router. 0: raised.
+int shall_go_on(void* user) {
+  auto* opening = static_cast<Opening*>(user);
+  PyEval_RestoreThread(opening->thread);
+  const bool goes_on = PyErr_CheckSignals() == 0 && is_usable(opening->session);
+  opening->thread = PyEval_SaveThread();
+  return goes_on ? 1 : 0;
 }
 
 PyObject* open_with(Session* session, const tims_mailbox_options& options, uint32_t held_max) {
   State* state = session->state;
-  tims_mailbox* opened = nullptr;
   ++session->users;
-  const bool is_there = wait_for_router(session);
-  if (is_there) {
-    Py_BEGIN_ALLOW_THREADS opened = tims_open(session->session, &options);
-    Py_END_ALLOW_THREADS
-  }
+  Opening opening{session, PyEval_SaveThread()};
+  tims_mailbox* opened = tims_open_while(session->session, &options, shall_go_on, &opening);
+  PyEval_RestoreThread(opening.thread);
   if (opened == nullptr) {
     --session->users;
-    if (is_there) raise_last(state);
+    if (PyErr_Occurred() == nullptr) raise_last(state);
     close_when_unused(session);
     return nullptr;
   }
   Mailbox* mailbox = reinterpret_cast<Mailbox*>(PyType_GenericAlloc(state->mailbox_type, 0));
   if (mailbox == nullptr) {
-    tims_close(opened);
-    --session->users;
+    Py_BEGIN_ALLOW_THREADS tims_close(opened);
+    Py_END_ALLOW_THREADS-- session->users;
     return nullptr;
   }
   mailbox->mailbox = opened;
@@ -178,7 +179,9 @@ PyObject* open(PyObject* object, PyObject* const* given, Py_ssize_t count, PyObj
     return nullptr;
   options.slots = static_cast<uint32_t>(slots);
   options.body_max = static_cast<uint32_t>(body_max);
-  options.event_fd = values[4] != nullptr && PyObject_IsTrue(values[4]) == 1;
+  const int event_fd = values[4] == nullptr ? 0 : PyObject_IsTrue(values[4]);
+  if (event_fd < 0) return nullptr;
+  options.event_fd = event_fd == 1;
   options.spin_ns = spin_ns;
   return open_with(session, options, static_cast<uint32_t>(held_max));
 }
@@ -226,11 +229,20 @@ PyObject* format(PyObject* object, PyObject* number) {
 
 PyObject* make_address(PyObject* object, PyObject* arguments) {
   Session* session = self_of(object);
-  tims_address_fields fields{};
-  if (PyArg_ParseTuple(arguments, "III|I:make_address", &fields.system, &fields.class_id,
-                       &fields.instance, &fields.local) == 0 ||
-      !is_usable(session))
+  PyObject* given[4] = {};
+  long long system = 0;
+  long long class_id = 0;
+  long long instance = 0;
+  long long local = 0;
+  if (PyArg_ParseTuple(arguments, "OOO|O:make_address", &given[0], &given[1], &given[2],
+                       &given[3]) == 0 ||
+      !is_usable(session) || !take_number(given[0], "system", 0, UINT32_MAX, system) ||
+      !take_number(given[1], "class_id", 0, UINT32_MAX, class_id) ||
+      !take_number(given[2], "instance", 0, UINT32_MAX, instance) ||
+      !take_number(given[3], "local", 0, UINT32_MAX, local))
     return nullptr;
+  const tims_address_fields fields{static_cast<uint32_t>(system), static_cast<uint32_t>(class_id),
+                                   static_cast<uint32_t>(instance), static_cast<uint32_t>(local)};
   return PyLong_FromUnsignedLong(tims_make_address(session->session, &fields));
 }
 

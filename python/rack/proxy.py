@@ -127,29 +127,33 @@ class Proxy:
             self.work.send(self.component, type, body, priority=self.priority, seq_nr=self._seq_nr, flags=self._flags)
             while True:
                 message = self.work.peek(max(end - time.monotonic(), 0))
-                if message.src == self.component and message.seq_nr == self._seq_nr:
-                    if message.type in answers:
-                        return message
-                    self._refuse(message)
-                message.release()
+                is_answer = message.src == self.component and message.seq_nr == self._seq_nr
+                if is_answer and message.type in answers:
+                    return message
+                refusal = _refusal(message) if is_answer else None
+                message.release()  # before it is raised: an exception keeps what its frames refer to
+                if refusal is not None:
+                    raise refusal
         except (tims.Timeout, tims.NoMailbox) as error:
             raise tims.errors.error_of(error.code, f"{self._name(type)}: {error.text}") from None
         except tims.AnsweredError as error:
             raise tims.AnsweredError(error.code, f"{self._name(type)}: {error.text}") from None
 
-    def _refuse(self, message: tims.Message) -> None:
-        """Raises what the answer states; nothing: it is none."""
-        if message.type == Type.NOT_AVAILABLE:
-            raise tims.NoMailbox(tims.Code.NO_MAILBOX, "is it running, and is there a route to it?")
-        if message.type == Type.TIMEOUT:
-            raise tims.AnsweredError(tims.Code.ANSWERED_ERROR, "it waited for another component, which did not answer")
-        if message.type == Type.ERROR:
-            reason = bytes(message)[:REASON_MAX].split(b"\0", 1)[0].decode("utf-8", "replace")
-            raise tims.AnsweredError(tims.Code.ANSWERED_ERROR, reason or "see its log texts for the reason")
-
     def _name(self, type: int) -> str:
         known = self.COMMANDS.get(type) or (Type(type).name if type in Type._value2member_map_ else f"type {type}")
         return f"{self.work.session.format(self.component)}, {known}"
+
+
+def _refusal(message: tims.Message) -> Optional[tims.Error]:
+    """What the answer states; None: it is none."""
+    if message.type == Type.NOT_AVAILABLE:
+        return tims.NoMailbox(tims.Code.NO_MAILBOX, "is it running, and is there a route to it?")
+    if message.type == Type.TIMEOUT:
+        return tims.AnsweredError(tims.Code.ANSWERED_ERROR, "it waited for another component, which did not answer")
+    if message.type == Type.ERROR:
+        reason = bytes(message)[:REASON_MAX].split(b"\0", 1)[0].decode("utf-8", "replace")
+        return tims.AnsweredError(tims.Code.ANSWERED_ERROR, reason or "see its log texts for the reason")
+    return None
 
 
 class DataProxy(Proxy, Generic[Data]):

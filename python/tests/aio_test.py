@@ -1,6 +1,8 @@
 """Mailboxes in asyncio."""
 
 import asyncio
+import os
+import socket
 import unittest
 
 import tims
@@ -77,6 +79,63 @@ class Aio(WithRouter):
                 return bytes(message)
 
         self.assertEqual(self.run_patiently(work()), b"x")
+
+    def test_closing_ends_the_waits(self):
+        """By the receiver at once, by the mailbox as soon as no message in place is held."""
+        for close in (lambda receiver: receiver.close(), lambda receiver: receiver.mailbox.close()):
+            a, receiver = self.receiver()
+
+            async def work():
+                tasks = [asyncio.create_task(receiver.receive()) for _ in range(3)]
+                await asyncio.sleep(0)
+                close(receiver)
+                for task in tasks:
+                    with self.assertRaises(tims.Closed):
+                        await task
+                with self.assertRaises(tims.Closed):
+                    await receiver.peek()
+                receiver.close()
+
+            self.run_patiently(work())
+            a.close()
+
+    def test_closing_ends_a_wait_while_a_message_is_held(self):
+        a, receiver = self.receiver()
+        a.send(receiver.mailbox.address, 1)
+
+        async def work():
+            held = await receiver.peek()
+            task = asyncio.create_task(receiver.receive())
+            await asyncio.sleep(0)
+            receiver.close()
+            with self.assertRaises(tims.Closed):
+                await task
+            held.release()
+
+        self.run_patiently(work())
+
+    def test_a_wait_that_is_cancelled_after_closing_leaves_other_files_alone(self):
+        _, receiver = self.receiver()
+
+        async def work():
+            task = asyncio.create_task(receiver.receive())
+            await asyncio.sleep(0)
+            used = receiver.mailbox.fileno()
+            a, b = socket.socketpair()
+            receiver.mailbox.close()
+            os.dup2(a.fileno(), used)  # the number is another file's now
+            came = asyncio.Event()
+            asyncio.get_running_loop().add_reader(used, came.set)
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+            b.send(b"x")
+            await came.wait()
+            asyncio.get_running_loop().remove_reader(used)
+            os.close(used)
+            a.close()
+            b.close()
+
+        self.run_patiently(work())
 
     def test_a_mailbox_without_descriptor_is_refused(self):
         a, _ = self.pair()

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import unittest
+import unittest.mock
 
 import rack
 import tims
@@ -53,6 +54,10 @@ class Limited(rack.DataModule[ClockData]):
         elif command.type == 24: raise tims.Timeout(tims.Code.TIMEOUT, "the sensor does not answer")
         elif command.type == 25: self.stop()
         elif command.type == 26: command.later(lambda: {}[5])
+        elif command.type == 27: command.later(lambda: command.reply(-22, ClockData(utcTime=self.count)))
+        elif command.type == 28: command.decode(ClockData); self.set_parameter("period", 2**32 + 50)
+        elif command.type == 29: self.period = -1
+        elif command.type == 30: command.reply(300)
         else: super().module_command(command)
 
     def slow(self, command):
@@ -89,6 +94,26 @@ class Straight(rack.DataModule[OdometryData]):
         return OdometryData(recordingTime=time, pos=Position3d(x=round(x)))
 
 sys.exit(Straight().run())
+'''
+
+
+CAMERA = '''
+import sys
+import rack
+from rack.messages import CameraData, CameraProxy
+
+class Camera(rack.DataModule[CameraData]):
+    """Pictures in JPEG."""
+    DATA, CLASS_ID = CameraData, CameraProxy.CLASS_ID
+
+    def module_on(self): self.period = 10
+
+    def module_loop(self):
+        self.sleep_until_next()
+        image = b"\\xff\\xd8 a picture \\xff\\xd9"
+        self.put(CameraData(recordingTime=rack.time_stamp(), mode=41, colorFilterId=len(image), image=image))
+
+sys.exit(Camera().run())
 '''
 
 
@@ -137,6 +162,19 @@ class Components(WithRouter):
             ladar.get_data((now.recordingTime - 3_600_000) % 2**32)
         self.assertEqual(self.timsctl("component", "off", "Ladar/0/3").returncode, 0)
         self.assertEqual(ladar.status(), tims.Type.DISABLED)
+
+    def test_it_is_recorded_and_described_as_any_other(self):
+        self.start(EXAMPLES / "sweeper.py", "--instance", "11", "--targetStatus", "1", "--radius", "2345")
+        self.proxy(LadarProxy, "Ladar(0/11)")
+        described = json.loads(self.timsctl("component", "describe", "Ladar/0/11", "--json").stdout)
+        self.assertEqual((described["program"], described["class"]), ("Sweeper", "Ladar"))
+        self.assertIn("radius", [row["name"] for row in described["parameters"]])
+        folder = self.folder / "recorded"
+        folder.mkdir()
+        recorder = Child(PROGRAMS / "DatalogRec", "--router", self.router, "--record", "Ladar(0/11)", "--logPathName",
+                         f"{folder}/", "--targetStatus", "1")
+        self.addCleanup(recorder.end)
+        eventually(lambda: any(b"2345" in file.read_bytes() for file in folder.iterdir()), "a scan is recorded")
 
     def test_one_in_c_is_too(self):
         self.addCleanup(Child(PROGRAMS / "SweeperC", "--router", self.router, "--instance", "6", "--period", "10").end)
@@ -229,6 +267,46 @@ class Components(WithRouter):
         thread.join(PATIENCE)
         self.assertEqual(len(result), 1)
 
+    def test_many_long_commands_at_once(self):
+        """The worker and the command task meet at the interpreter's lock and at that of the worker."""
+        self.counter("--instance", "7")
+        counter = self.counter_proxy(7)
+        answered = []
+
+        def ask(local):
+            mailbox = self.session().open(f"Tool(0/{local})", slots=8)
+            self.addCleanup(mailbox.close)
+            other = CounterProxy(mailbox, counter.component, counter.timeouts)
+            for _ in range(500):
+                other._query(27, None, (-22,), rack.messages.ClockData, PATIENCE)
+            answered.append(local)
+
+        threads = [threading.Thread(target=ask, args=(21 + i,)) for i in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(len(answered), 4)
+
+    def test_numbers_that_do_not_fit_are_refused(self):
+        self.counter("--instance", "8")
+        counter = self.counter_proxy(8)
+        for command, text in ((28, "period is 4294967346"), (29, "period is -1"), (30, "type is 300")):
+            with self.assertRaisesRegex(tims.AnsweredError, text):
+                counter._command(command, rack.messages.ClockData(), None)
+
+    def test_exceptions_that_are_kept_hold_no_slot(self):
+        self.counter("--instance", "9")
+        counter = self.counter_proxy(9)
+        kept = []
+        for call in (lambda: counter._command(99, None, None),
+                     lambda: counter._query(22, None, (-22,), rack.messages.LadarData, None)):
+            for _ in range(8):
+                with self.assertRaises(tims.Error) as caught:
+                    call()
+                kept.append(caught.exception.with_traceback(caught.exception.__traceback__))
+                self.assertEqual(counter.work.held, 0, kept[-1])
+
     def test_errors_turn_it_off_and_it_comes_back(self):
         component = self.counter("--instance", "2", "--errorTimeout", "10")
         counter = self.counter_proxy(2)
@@ -318,11 +396,14 @@ class Components(WithRouter):
         self.proxy(LadarProxy, "Ladar(0/0)").work.close()
         cells = json.loads((EXAMPLES / "plot_scan.ipynb").read_text(encoding="utf-8"))["cells"]
         names = {}
-        for cell in cells:
-            code = "".join(cell["source"])
-            if cell["cell_type"] == "code" and "matplotlib" not in code:
-                exec(compile(code, "plot_scan.ipynb", "exec"), names)
+        drawn = unittest.mock.MagicMock()  # matplotlib needs 43 packages, 320 MB
+        with unittest.mock.patch.dict(sys.modules, {"matplotlib": drawn, "matplotlib.pyplot": drawn.pyplot}):
+            for cell in cells:
+                if cell["cell_type"] == "code":
+                    exec(compile("".join(cell["source"]), "plot_scan.ipynb", "exec"), names)
         self.assertAlmostEqual(float(names["x"].max()), 3.0, places=3)
+        drawn.pyplot.plot.assert_called_once_with(names["x"], names["y"], ".")
+        self.assertEqual(names["x"].shape, names["y"].shape)
         names["work"].close()
 
     def test_the_camera_reader_shows_pictures(self):
@@ -336,6 +417,17 @@ class Components(WithRouter):
         self.assertEqual(camera_reader.picture(colour).tolist(), [[[3, 2, 1]]])
         with self.assertRaisesRegex(ValueError, "mode 21"):
             camera_reader.picture(rack.messages.CameraData(mode=21))
+        # A stream in JPEG. OpenCV, of 28 packages, is not among those of the tests.
+        file = self.folder / "camera.py"
+        file.write_text(CAMERA, encoding="utf-8")
+        self.start(file)
+        self.proxy(rack.messages.CameraProxy, "Camera(0/0)").work.close()
+        opencv = unittest.mock.MagicMock()
+        opencv.waitKey.return_value = ord("q")
+        with unittest.mock.patch.dict(sys.modules, {"cv2": opencv}), unittest.mock.patch.object(sys, "argv", ["camera_reader"]):
+            self.assertEqual(camera_reader.main(), 0)
+        self.assertEqual(opencv.imdecode.call_args.args[0].tobytes(), b"\xff\xd8 a picture \xff\xd9")
+        opencv.imshow.assert_called_once_with("Camera(0/0)", opencv.imdecode.return_value)
 
 
 class CounterProxy(rack.DataProxy[rack.messages.ClockData]):

@@ -1,12 +1,12 @@
 """Sessions, mailboxes and messages."""
 
+import contextlib
 import gc
 import os
 import pickle
 import signal
 import sys
 import threading
-import time
 import unittest
 import weakref
 
@@ -73,6 +73,8 @@ class Messages(WithRouter):
         for wrong in (-1, 2**32):
             with self.assertRaises(ValueError):
                 session.address(wrong)
+            with self.assertRaisesRegex(ValueError, "instance is"):
+                session.make_address(3, 20, wrong)
 
     def test_wrong_arguments_are_named(self):
         a, b = self.pair()
@@ -91,6 +93,18 @@ class Messages(WithRouter):
         ):
             with self.assertRaisesRegex((TypeError, ValueError), text):
                 call()
+
+        class Undecided:
+            def __bool__(self):
+                raise ValueError("neither")
+
+        with self.assertRaisesRegex(ValueError, "neither"):
+            a.session.open("Tool(1/43)", event_fd=Undecided())
+
+    def test_a_code_that_this_package_does_not_know(self):
+        error = tims.errors.error_of(-99, "a newer library")
+        self.assertEqual((type(error), error.code, str(error)), (tims.Error, -99, "a newer library"))
+        self.assertEqual(pickle.loads(pickle.dumps(error)).code, -99)
 
     def test_an_address_has_one_owner(self):
         a, _ = self.pair()
@@ -164,6 +178,20 @@ class InPlace(WithRouter):
         self.assertEqual(bytes(b.receive(PATIENCE)), b"\3")  # copies go on
         del held
         self.assertEqual(b.held, 0)
+
+    def test_slots_held_are_bounded_for_threads_that_wait(self):
+        a, b = self.pair(slots=8, held_max=1)
+        got = []
+        with _no_forced_switch():
+            threads = [threading.Thread(target=lambda: got.append(b.peek(PATIENCE))) for _ in range(4)]
+            for thread in threads:
+                thread.start()  # returns when the thread has given the GIL up, in its wait
+            for i in range(4):
+                a.send(b.address, 1, bytes([i]))
+            for thread in threads:
+                thread.join()
+        self.assertEqual(sorted(bytes(message) for message in got), [b"\0", b"\1", b"\2", b"\3"])
+        self.assertEqual((b.held, sum(message.in_place for message in got)), (1, 1))
 
     def test_the_collector_frees_slots(self):
         a, b = self.pair(slots=4)
@@ -253,32 +281,52 @@ def _allocated():
     return sys.getallocatedblocks()
 
 
+@contextlib.contextmanager
+def _no_forced_switch():
+    """Within, another thread of Python runs only when one has given the GIL up: in start() that is when it waits."""
+    former = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(former)
+
+
 class Waiting(WithRouter):
     def test_other_threads_run_while_one_waits(self):
         a, b = self.pair()
         got = []
-        thread = threading.Thread(target=lambda: got.append(bytes(b.receive(PATIENCE))))
-        thread.start()
-        a.send(b.address, 1, b"go")
-        thread.join(PATIENCE)
-        self.assertEqual(got, [b"go"])
+
+        def wait():
+            got.append("waits")
+            got.append(bytes(b.receive(PATIENCE)))
+
+        with _no_forced_switch():
+            thread = threading.Thread(target=wait)
+            thread.start()
+            self.assertEqual(got, ["waits"])
+            a.send(b.address, 1, b"go")
+            thread.join()
+        self.assertEqual(got, ["waits", b"go"])
 
     def test_close_ends_a_wait(self):
         _, b = self.pair()
         caught = []
 
         def wait():
+            caught.append("waits")
             try:
                 b.peek()
             except tims.Closed as error:
-                caught.append(error)
+                caught.append(str(error))
 
-        thread = threading.Thread(target=wait)
-        thread.start()
-        time.sleep(0)
-        b.close()
-        thread.join(PATIENCE)
-        self.assertEqual(len(caught), 1)
+        with _no_forced_switch():
+            thread = threading.Thread(target=wait)
+            thread.start()
+            self.assertEqual(caught, ["waits"])
+            b.close()
+            thread.join(PATIENCE)
+        self.assertEqual(caught[1:], ["the mailbox was closed while it waited for a message"])
         self.session().open("Tool(1/41)").close()
 
     def test_many_threads_share_a_mailbox(self):
@@ -311,6 +359,109 @@ class Waiting(WithRouter):
             child.wait_for_line("waits")
             child.process.send_signal(signal.SIGINT)
             self.assertEqual(child.wait(), 7, child.lines)
+
+
+class StoppedRouter(WithRouter):
+    """Calls that wait for a router that does not answer: other threads go on, and Ctrl-C ends them."""
+
+    def stop(self):
+        self.router_process.process.send_signal(signal.SIGSTOP)
+        self.addCleanup(self.let_go_on)
+
+    def let_go_on(self):
+        self.router_process.process.send_signal(signal.SIGCONT)
+
+    def assert_others_go_on(self, call, then=lambda: None):
+        """While a thread is in this call: `then` is done by another one."""
+        done = []
+
+        def work():
+            try:
+                call()
+            finally:
+                done.append("the call has ended")
+
+        with _no_forced_switch():
+            thread = threading.Thread(target=work)
+            thread.start()
+            done.append("others go on")
+            then()
+            thread.join()
+        self.assertEqual(done, ["others go on", "the call has ended"])
+
+    def test_close(self):
+        _, b = self.pair()
+        self.stop()
+        self.assert_others_go_on(b.close, self.let_go_on)
+
+    def test_close_by_the_last_message_in_place(self):
+        a, b = self.pair()
+        a.send(b.address, 1)
+        held = [b.peek(PATIENCE)]
+        b.close()
+        self.stop()
+        self.assert_others_go_on(held.clear, self.let_go_on)
+        self.session().open("Tool(1/41)").close()
+
+    def test_send_to_a_receiver_that_has_closed(self):
+        a, b = self.pair()
+        address = b.address
+        a.send(address, 1)
+        b.close()
+        self.stop()
+        self.assert_others_go_on(lambda: a.send(address, 1), self.let_go_on)
+        self.assertEqual(a.receive(PATIENCE).type, tims.Type.NOT_AVAILABLE)
+
+    def test_send_when_the_way_to_other_hosts_is_full(self):
+        a, _ = self.pair()
+        a.send("Ladar(9/9)", -6)
+        a.session.flush(PATIENCE)
+        self.stop()
+
+        def fill():
+            with self.assertRaises(tims.Full):
+                while True:
+                    a.send("Ladar(9/9)", -6)
+
+        self.assert_others_go_on(fill)
+
+    def test_open(self):
+        session = self.session()
+        self.stop()
+        self.assert_others_go_on(lambda: session.open("Tool(1/47)").close(), self.let_go_on)
+
+    def test_closing_the_session_ends_an_open(self):
+        session = self.session()
+        self.stop()
+
+        def refused():
+            with self.assertRaisesRegex(tims.Closed, "session was closed"):
+                session.open("Tool(1/48)")
+
+        self.assert_others_go_on(refused, session.close)
+        self.let_go_on()
+        self.session().open("Tool(1/48)").close()
+
+    def test_ctrl_c_ends_an_open(self):
+        self.addCleanup(self.let_go_on)
+        child = self.child(
+            "import os, signal, sys, threading, tims\n"
+            "router = int(sys.argv[1])\n"
+            "session = tims.Session()\n"
+            "sys.setswitchinterval(1000)\n"
+            "begin = threading.Lock(); begin.acquire()\n"
+            "def tell(): begin.acquire(); print('waits')\n"
+            "threading.Thread(target=tell, daemon=True).start()\n"
+            "os.kill(router, signal.SIGSTOP)\n"
+            "try: begin.release(); session.open('Tool(2/1)')\n"
+            "except KeyboardInterrupt: print('interrupted')\n"
+            "os.kill(router, signal.SIGCONT)\n"
+            "session.open('Tool(2/1)').close()\n"  # what was asked for is taken back
+            "sys.exit(7)\n", self.router_process.process.pid)
+        child.wait_for_line("waits")
+        child.process.send_signal(signal.SIGINT)
+        child.wait_for_line("interrupted")
+        self.assertEqual(child.wait(), 7, child.lines)
 
 
 class Processes(WithRouter):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from typing import Union
 
 __all__ = [
     "AddressInUse", "AnsweredError", "Closed", "Code", "Error", "Full", "Malformed", "NoMailbox", "NoRouter",
@@ -33,7 +34,7 @@ class Code(enum.IntEnum):
     DISKFULL = -18
 
 
-_HINTS = {
+_HINTS: dict[int, str] = {
     Code.TIMEOUT: "wait longer, or see by `timsctl component list` whether the other side runs",
     Code.NO_ROUTER: "start tims-router on this host, or see by `timsctl doctor` why it does not answer",
     Code.ADDRESS_IN_USE: "choose another instance, or end the program that the text names",
@@ -44,12 +45,20 @@ _HINTS = {
 }
 
 
+def _known(code: int) -> Union[Code, int]:
+    """A library that is newer than this package may have further codes."""
+    try:
+        return Code(code)
+    except ValueError:
+        return code
+
+
 class Error(Exception):
     """A call failed. `code` states the reason, `text` the details, `hint` what to do next (or is empty)."""
 
     def __init__(self, code: int, text: str) -> None:
         super().__init__(text)
-        self.code = Code(code)
+        self.code: Union[Code, int] = _known(code)
         self.text = text
 
     @property
@@ -103,7 +112,7 @@ class Malformed(Error):
     """Bytes that do not form the expected message."""
 
 
-_CLASSES = {
+_CLASSES: dict[int, type[Error]] = {
     Code.TIMEOUT: Timeout,
     Code.NO_ROUTER: NoRouter,
     Code.CLOSED: Closed,
@@ -119,4 +128,4 @@ _CLASSES = {
 
 def error_of(code: int, text: str) -> Error:
     """The exception for a code of the library."""
-    return _CLASSES.get(Code(code), Error)(code, text)
+    return _CLASSES.get(code, Error)(code, text)
