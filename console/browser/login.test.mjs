@@ -118,9 +118,14 @@ test('the certificate of the router is believed by who believes the fleet', asyn
 });
 
 test('without a login there is the console, which says how to log in', async () => {
-  const { page } = await open('#/fleet');
+  const watched = await open('#/fleet');
+  const { page } = watched;
   await page.getByRole('heading', { name: 'Log in' }).waitFor();
   await page.getByText('timsctl web').waitFor();
+  for (const colorScheme of ['light', 'dark']) {
+    await page.emulateMedia({ colorScheme });
+    assert.deepEqual(await watched.seriousFindings(), [], colorScheme);
+  }
 });
 
 test('the link of timsctl web logs in once, leaves no token in the address, and a reload keeps the login', async () => {
@@ -135,6 +140,13 @@ test('the link of timsctl web logs in once, leaves no token in the address, and 
   const cookie = cookies.find(({ name }) => name === '__Host-tims');
   assert.ok(cookie.httpOnly && cookie.secure && cookie.sameSite === 'Strict');
   assert.equal(await page.evaluate(() => document.cookie), '');
+  // A link in a page that runs already.
+  const next = link();
+  await page.evaluate((token) => {
+    location.hash = `#/login/${token}`;
+  }, tokenOf(next));
+  await eventually(() => !page.url().includes(tokenOf(next)), 'the token leaves the address');
+  await page.getByRole('button', { name: 'Log out' }).waitFor();
   const other = await open(text.slice(site().length + 1));
   await other.page.getByText(/has been used/).waitFor();
   await page.getByRole('button', { name: 'Log out' }).click();

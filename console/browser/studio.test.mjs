@@ -182,10 +182,14 @@ test('what is typed as text is in the form and the table, and cells of a spread 
     );
   });
   await eventually(async () => (await box.inputValue()) === '7000', 'the pasted value');
+  await page.goto(`${base.address}/#/studio?view=table&filter=maxRange`); // one row: Enter has none to go to
+  await box.fill('7500');
+  await box.press('Enter');
+  await tab(page, 'Changes').getByText(/\d/).waitFor();
   await tab(page, 'Changes').click();
-  await page.getByText(/maxRange = 7000, .*targetStatus = 0/).waitFor();
+  await page.getByText(/maxRange = 7500, .*targetStatus = 0/).waitFor();
   await page.reload();
-  await page.getByText(/maxRange = 7000, .*targetStatus = 0/).waitFor();
+  await page.getByText(/maxRange = 7500, .*targetStatus = 0/).waitFor();
   await page.getByRole('button', { name: 'Discard all' }).click();
   await page.getByText('Nothing to apply').waitFor();
   await watched.close();
