@@ -43,7 +43,7 @@ const otherPages = [
   'simulation',
 ];
 
-// Of what axe looks at, only the contrast is another in the dark.
+// Of the pages, only the contrast is another in the dark; of the first ones, all is looked at.
 for (const [colorScheme, rules] of [
   ['light', []],
   ['dark', ['color-contrast']],
@@ -55,7 +55,7 @@ for (const [colorScheme, rules] of [
     for (const path of [...pages, ...otherPages]) {
       await page.goto(`${host.address}/#/${path}`);
       await page.getByRole('heading', { level: 1 }).first().waitFor();
-      assert.deepEqual(await watched.seriousFindings(rules), [], path);
+      assert.deepEqual(await watched.seriousFindings(pages.includes(path) ? [] : rules), [], path);
     }
     await watched.close(['Content Security Policy']);
   });

@@ -439,6 +439,25 @@ test('a plot keeps its samples when a curve is added, and shows the time that is
   await watched.close();
 });
 
+test('every view is accessible, light and dark', async () => {
+  const atOnce = 7;
+  const names = schema.classes.filter(({ id }) => swarm.components.has(addressOf(system, id, 0)));
+  const tiles = [...names.map(({ name }) => `${name}/0`), `${unheard}/0`];
+  const watched = await Watched.open(browser, host, '#/fleet', { viewport: { width: 1440, height: 3000 } });
+  const { page } = watched;
+  for (let i = 0; i < tiles.length; i += atOnce) {
+    const shown = tiles.slice(i, i + atOnce);
+    await page.goto(`${host.address}/#/robot/${system}?tiles=${shown.join(',')}`);
+    await page.getByRole('region', { name: shown.at(-1), exact: true }).waitFor();
+    await eventually(async () => (await page.getByText('Waiting for data').count()) === 0, `data of ${shown}`);
+    for (const colorScheme of ['light', 'dark']) {
+      await page.emulateMedia({ colorScheme });
+      assert.deepEqual(await watched.seriousFindings(), [], `${colorScheme}: ${shown}`);
+    }
+  }
+  await watched.close();
+});
+
 // Places of the map are chosen by keys: the middle of the map is where the robot is.
 async function onMap(action, act) {
   const watched = await Watched.open(browser, host, `#/map?robots=${system}`);
