@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { createServer } from 'node:http';
 import { connect } from 'node:net';
 import { after, afterEach, before, test } from 'node:test';
-import { eventually, Host, launch, Watched } from './fixture.mjs';
+import { eventually, freePort, Host, launch, Watched } from './fixture.mjs';
 
 let host;
 let browser;
@@ -190,6 +190,26 @@ test('the policy of the page forbids scripts from elsewhere and within', async (
   });
   assert.equal(ran, false);
   await watched.close(['Content Security Policy']);
+});
+
+test('a router that listens beyond its host without keys says so in red, on every page', async () => {
+  const open = await Host.start(['security.insecure=true', `tcp.listen=0.0.0.0:${await freePort()}`]);
+  const watched = await Watched.open(browser, open, '#/fleet');
+  const { page } = watched;
+  const notice = page.getByText('Anybody in this network can drive these robots');
+  await notice.waitFor();
+  assert.match(await notice.textContent(), /tcp/);
+  const [red, green, blue] = await notice.evaluate((element) =>
+    getComputedStyle(element)
+      .backgroundColor.match(/[\d.]+/g)
+      .map(Number),
+  );
+  assert(red > green && red > blue, `${[red, green, blue]}`);
+  await page.goto(`${open.address}/#/messages`);
+  await page.getByRole('heading', { name: 'Messages' }).waitFor();
+  await notice.waitFor();
+  await watched.close();
+  await open.end();
 });
 
 test('what is open to the network is said on every page', async (context) => {
