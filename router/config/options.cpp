@@ -533,8 +533,9 @@ constexpr std::array kRuleOptions{
          .help = "Who sends: uid:1000, gid:100, unit:laser.service, label:NAME, own (the router's "
                  "user, root and the router's group), user:NAME, right:drive, net:10.9.0.0/16 (an "
                  "address is no proof), port:tcp. A star may end a name. Routers are met only by "
-                 "router:NAME, system:3, role:subsystem; without such a rule they may do "
-                 "everything, since messages are judged where they enter the fleet.",
+                 "router:NAME, system:3, role:subsystem, other-robot; without such a rule they "
+                 "may do everything, since messages are judged where they enter the fleet, but "
+                 "with keys other robots do not change routers and their files.",
          .is_list = true}),
     row<Kind::kText, &Config::rules, &Rule::to>(
         {.key = "rule.to",
@@ -546,7 +547,7 @@ constexpr std::array kRuleOptions{
          .range = {1, 4096},
          .help = "Types of messages: commands, replies (data too), look, drive, names such as "
                  "chassis.move (timsctl msg types), numbers such as 20..29; and what a router is "
-                 "asked for: look, change, login; and trace.",
+                 "asked for: look, change, agree, login; and trace.",
          .is_list = true}),
     row<Kind::kNumber, &Config::rules, &Rule::priority_max>(
         {.key = "rule.priority_max",

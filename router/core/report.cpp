@@ -90,17 +90,19 @@ std::optional<MailboxReport> report_mailbox(const Router& router, Time now, Addr
 }
 
 RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type,
-                         std::optional<Address> from) {
+                         std::optional<Address> from, policy::Right right) {
   using Verdict = RouteReport::Verdict;
-  if (to == router.settings().address) return {.verdict = Verdict::kSelf};
+  const bool is_self = to == router.settings().address;
+  if (is_self && right == policy::Right::kNone) return {.verdict = Verdict::kSelf};
   const Table::Entry* source = from ? router.find(*from) : nullptr;
   const Client* sender = source == nullptr ? nullptr : router.client(source->owner);
   if (sender != nullptr && sender->is_judged()) {
-    const VerdictReport report =
-        report_verdict(router, sender->info.subject, {.dest = to, .src = *from, .type = type}, 0);
+    const VerdictReport report = report_verdict(
+        router, sender->info.subject, {.dest = to, .src = *from, .type = type, .right = right}, 0);
     if (report.action == policy::Action::kDeny)
       return {.verdict = Verdict::kDenied, .not_available = type > 0, .denied = report};
   }
+  if (is_self) return {.verdict = Verdict::kSelf};
   const NextHop hop = router.routes().next_hop(sender, to);
   if (hop.to == nullptr)
     return {.verdict = Verdict::kNoRoute, .why_not = hop.why_not, .not_available = type > 0};

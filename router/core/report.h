@@ -92,9 +92,11 @@ struct RouteReport {
   bool not_available = false;           // kNoRoute, kDenied: this type would be answered so
   VerdictReport denied{};               // kDenied
 };
-// `from`: the source of the message, when it is registered here.
+// `from`: the source of the message, when it is registered here. `right`: what a question to a
+// router needs.
 RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type,
-                         std::optional<Address> from = {});
+                         std::optional<Address> from = {},
+                         policy::Right right = policy::Right::kNone);
 
 struct CountReport {
   PortKind port = PortKind::kTcp;

@@ -330,6 +330,29 @@ TEST_F(RouterPolicyTest, ARouteNamesTheRuleThatDeniesIt) {
   EXPECT_EQ(report_route(router_, now_, kChassis, kMove).verdict, RouteReport::Verdict::kDeliver);
 }
 
+// What a robot may ask of this router, and of others through it.
+TEST_F(RouterPolicyTest, ARouteNamesTheRuleThatKeepsAnotherRobotFromChanges) {
+  constexpr Address kOfRobot{0x03180000};
+  constexpr Address kAgentOfOther{0x05000101};
+  const ClientId robot = router_.connect(
+      now_, {.port = PortKind::kLink,
+             .token = ++token_,
+             .name = "robot3",
+             .link = {.kind = LinkKind::kSub, .role = Role::kSystem, .system = 3},
+             .subject = *policy::Subject::parse("router:robot3, system:3, other-robot")});
+  ASSERT_TRUE(router_.learn(now_, robot, kOfRobot, {.router = Address(0x03000100), .hops = 1}));
+  const auto verdict = [&](Address to, policy::Right right) {
+    return report_route(router_, now_, to, type::kAdminRequest, kOfRobot, right);
+  };
+  for (const Address to : {kOwn, kAgentOfOther}) {
+    const RouteReport denied = verdict(to, policy::Right::kChange);
+    EXPECT_EQ(denied.verdict, RouteReport::Verdict::kDenied);
+    EXPECT_EQ(denied.denied.rule.name, "(other robots)");
+    EXPECT_NE(verdict(to, policy::Right::kLook).verdict, RouteReport::Verdict::kDenied);
+    EXPECT_NE(verdict(to, policy::Right::kAgree).verdict, RouteReport::Verdict::kDenied);
+  }
+}
+
 TEST_F(RouterPolicyTest, TheAuditLogKeepsDenialsWhateverRegisters) {
   set(guests_);
   enter(PortKind::kLocal, "own", kChassis);

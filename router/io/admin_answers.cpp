@@ -207,10 +207,23 @@ class Answerer {
     return routes;
   }
 
+  // The type of messages that a question is about, or the right.
+  [[nodiscard]] std::optional<policy::Query> asked_type() const {
+    if (question_.what.empty()) return policy::Query{.type = question_.type};
+    return policy::parse_type(question_.what,
+                              static_cast<std::uint16_t>(question_.to->fields(widths()).class_id));
+  }
+  [[nodiscard]] std::string no_type() const {
+    return fmt::format("\"{}\" is no type of messages", question_.what.substr(0, 64));
+  }
+
   json::object route() const {
+    const auto query = asked_type();
+    if (!query)
+      return error_json({"bad_argument", no_type(), R"(what: "move", "look", "change", "21")"});
     json::object out = frame("tims/route_get/1");
-    merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type,
-                                          question_.from),
+    merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, query->type,
+                                          question_.from, query->right),
                        *question_.to, widths()));
     if (question_.from) out["from_registered"] = router_.find(*question_.from) != nullptr;
     return out;
@@ -374,13 +387,12 @@ class Answerer {
 
   json::object verdict() const {
     const auto who = policy::Subject::parse(question_.who);
-    auto query = policy::parse_type(
-        question_.what, static_cast<std::uint16_t>(question_.to->fields(widths()).class_id));
+    auto query = asked_type();
     if (!who || !query || router_.policy() == nullptr)
       return error_json(
           {"bad_argument",
            !who ? fmt::format("\"{}\" is nobody that rules know", question_.who.substr(0, 64))
-                : fmt::format("\"{}\" is no type of messages", question_.what.substr(0, 64)),
+                : no_type(),
            R"(who: "user:guest", "uid:1000, gid:100", "router:base"; what: "move", "look", "21")"});
     query->dest = *question_.to;
     json::object out = frame("tims/verdict/1");

@@ -56,6 +56,9 @@ TEST(Admin, GuestsOnlyReadFromTheAgent) {
         R"({"ask":"conf_get","ask":"conf_apply"})", R"({"ask":"conf_new"})", R"({"ask":"status"})",
         R"({"ask":7})", R"(["conf_get"])", "{", "", "conf_get"})
     EXPECT_FALSE(is_agent_reading(others)) << others;
+  EXPECT_TRUE(is_agent_agreeing(R"({"ask":"conf_peer","change":"1"})"));
+  for (const std::string_view others : {R"({"ask":"conf_undo"})", R"({"ask":["conf_peer"]})", "{"})
+    EXPECT_FALSE(is_agent_agreeing(others)) << others;
 }
 
 TEST(Admin, StatsSumUpMailboxes) {

@@ -193,8 +193,9 @@ constexpr Argument kRight{
     R"("look", "drive" or "configure")"};
 constexpr Argument kWho{"who", set_text<&Question::who>,
                         R"(identities such as "user:guest" or "uid:1000, gid:100")"};
-constexpr Argument kWhat{"what", set_text<&Question::what>,
-                         R"(a type of messages such as "move", or "look", "change", "login")"};
+constexpr Argument kWhat{
+    "what", set_text<&Question::what>,
+    R"(a type of messages such as "move", or "look", "change", "agree", "login")"};
 constexpr Argument kPriority{"priority",
                              [](Question& q, const json::value& v) {
                                return set_integer<&Question::priority>(q, v, 0, 255);
@@ -229,7 +230,7 @@ constexpr std::array kForms{
     Form{"status", Ask::kStatus, {}},
     Form{"clients", Ask::kClients, {kLimit, kAfter}},
     Form{"routes", Ask::kRoutes, {kMatch, kLimit, kAfter}},
-    Form{"route", Ask::kRoute, {kTo, kFrom, kType}},
+    Form{"route", Ask::kRoute, {kTo, kFrom, kType, kWhat}},
     Form{"mailboxes", Ask::kMailboxes, {kMatch, kLimit, kAfter}},
     Form{"stats", Ask::kStats, {}},
     Form{"events", Ask::kEvents, {kSince, kEpoch, kWait, kLimit, kAudit}},
@@ -261,6 +262,16 @@ std::string known_names() {
 
 // The text comes from the client: a prefix is enough to identify it.
 std::string quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 64)); }
+
+// Of a question to an agent; empty: it cannot be understood.
+std::string agent_ask(std::string_view body) {
+  boost::system::error_code error;
+  const json::value value = json::parse(body, error);
+  const json::object* object = error ? nullptr : value.if_object();
+  const json::value* ask = object == nullptr ? nullptr : object->if_contains("ask");
+  const json::string* name = ask == nullptr ? nullptr : ask->if_string();
+  return name == nullptr ? std::string() : std::string(*name);
+}
 
 std::variant<Question, QuestionError> read_arguments(const Form& form, const json::object& body,
                                                      const AddressWidths& widths) {
@@ -299,16 +310,13 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
 
 std::string_view name(Ask ask) { return std::ranges::find(kForms, ask, &Form::ask)->name; }
 
+bool is_agent_agreeing(std::string_view body) { return agent_ask(body) == "conf_peer"; }
+
 bool is_agent_reading(std::string_view body) {
   constexpr std::array<std::string_view, 9> kReads{
       "conf_list",  "conf_get",     "conf_options",    "conf_describe", "conf_state",
       "conf_check", "conf_history", "conf_generation", "conf_fleet"};
-  boost::system::error_code error;
-  const json::value value = json::parse(body, error);
-  const json::object* object = error ? nullptr : value.if_object();
-  const json::value* ask = object == nullptr ? nullptr : object->if_contains("ask");
-  const json::string* name = ask == nullptr ? nullptr : ask->if_string();
-  return name != nullptr && std::ranges::find(kReads, std::string_view(*name)) != kReads.end();
+  return std::ranges::find(kReads, agent_ask(body)) != kReads.end();
 }
 
 std::variant<Question, QuestionError> parse_question(std::string_view body,

@@ -64,6 +64,9 @@ constexpr Effect effect(Ask ask) {
 // Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md)
 // only reads. All others change something, also those that cannot be understood.
 bool is_agent_reading(std::string_view body);
+// Whether it is what the agents of one change tell each other. It begins no change: an agent takes
+// it only from those of a change that was made there, and confirms or takes back that change alone.
+bool is_agent_agreeing(std::string_view body);
 
 struct Question {
   Ask ask = Ask::kStatus;
@@ -89,7 +92,7 @@ struct Question {
   std::optional<Address> mailbox{};  // of the holder of a lease, from the router above
   std::string right{};  // of a login: look, drive, configure; empty: the highest that is possible
   std::string who{};    // of a verdict: identities, "user:guest"
-  std::string what{};   // of a verdict: a type of messages, or a right
+  std::string what{};   // of a verdict, or a route: a type of messages, or a right
   std::uint8_t priority = 0;
   bool audit = false;   // of events: the log of those that are audited
   bool bearer = false;  // a session for a program, not a token for a browser

@@ -85,7 +85,8 @@ bool AdminService::may_ask(core::ClientId from, const core::Message& request) co
   if (is_for_agent(request)) return is_agent_reading(text_of(request));
   const auto read = parse_question(text_of(request), source_.router().settings().widths);
   const auto* question = std::get_if<Question>(&read);
-  return question == nullptr || effect(question->ask) != Effect::kChanges;
+  // What this router cannot read, the other one may understand.
+  return question != nullptr && effect(question->ask) != Effect::kChanges;
 }
 
 bool AdminService::is_due(const Waiting& waiting, Time now) const {

@@ -43,15 +43,16 @@ bool only_reads(std::int8_t type, std::uint32_t class_id) {
   });
 }
 
-// What cannot be read changes nothing: the answer explains the error.
-Effect effect_of(std::string_view question, const AddressWidths& widths) {
-  const auto read = parse_question(question, widths);
-  const auto* parsed = std::get_if<Question>(&read);
-  return parsed == nullptr ? Effect::kNone : effect(parsed->ask);
+// What this router cannot read changes nothing here: its answer explains the error. Another one may
+// understand it.
+Effect effect_of(const SentMessage& question, const AddressWidths& widths) {
+  const auto read = parse_question(question.body, widths);
+  if (const auto* parsed = std::get_if<Question>(&read)) return effect(parsed->ask);
+  return question.to_other ? Effect::kChanges : Effect::kNone;
 }
 
-Right needed_for_question(std::string_view body, const AddressWidths& widths) {
-  switch (effect_of(body, widths)) {
+Right needed_for_question(const SentMessage& question, const AddressWidths& widths) {
+  switch (effect_of(question, widths)) {
     case Effect::kChanges:
       return Right::kConfigure;
     case Effect::kDrives:
@@ -101,7 +102,7 @@ security::Rights rights_up_to(Right right) {
 
 Right needed_for(const SentMessage& sent, const AddressWidths& widths) {
   if (sent.to_agent) return is_agent_reading(sent.body) ? Right::kLook : Right::kConfigure;
-  if (sent.type == type::kAdminRequest) return needed_for_question(sent.body, widths);
+  if (sent.type == type::kAdminRequest) return needed_for_question(sent, widths);
   if (sent.to_router) return Right::kLook;
   if (sent.type == type::kSetParam) return Right::kConfigure;
   return only_reads(sent.type, sent.class_id) ? Right::kLook : Right::kDrive;
@@ -109,8 +110,9 @@ Right needed_for(const SentMessage& sent, const AddressWidths& widths) {
 
 policy::Right asked_of(const SentMessage& question, const AddressWidths& widths) {
   using To = policy::Right;
+  if (question.to_agent && is_agent_agreeing(question.body)) return To::kAgree;
   if (question.to_agent) return is_agent_reading(question.body) ? To::kLook : To::kChange;
-  switch (effect_of(question.body, widths)) {
+  switch (effect_of(question, widths)) {
     case Effect::kChanges:
       return To::kChange;
     case Effect::kLogin:
@@ -131,6 +133,7 @@ SentMessage SentMessage::of(const core::Message& message, const core::RouterSett
   return {.type = message.header.type,
           .to_router = dest == Address() || (is_router && fields.local == 0),
           .to_agent = is_router && fields.local != 0,
+          .to_other = dest != Address() && dest != settings.address,
           .class_id = fields.class_id,
           // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
           .body = {reinterpret_cast<const char*>(body.data()), body.size()}};

@@ -30,6 +30,7 @@ struct SentMessage {
   std::int8_t type = 0;
   bool to_router = false;      // dest = src = 0, or a router's own address
   bool to_agent = false;       // the configuration agent beside a router
+  bool to_other = false;       // another router or its agent, which may be of a newer version
   std::uint32_t class_id = 0;  // of its receiver
   std::string_view body{};
 

@@ -65,6 +65,17 @@ TEST(Rights, QuestionsNeedWhatTheyDo) {
   EXPECT_EQ(agent("nonsense"), Right::kConfigure);
 }
 
+// Another router may be of a newer version, and understand what this one does not.
+TEST(Rights, WhatIsNotUnderstoodMayChangeAnotherRouter) {
+  const SentMessage unknown{
+      .type = type::kAdminRequest, .to_router = true, .to_other = true, .body = R"({"ask":"new"})"};
+  EXPECT_EQ(needed_for(unknown, {}), Right::kConfigure);
+  EXPECT_EQ(asked_of(unknown, {}), policy::Right::kChange);
+  SentMessage known = unknown;
+  known.body = R"({"ask":"status"})";
+  EXPECT_EQ(asked_of(known, {}), policy::Right::kLook);
+}
+
 TEST(Rights, AnAddressOfAnotherWidthDoesNotHideAChange) {
   const AddressWidths widths{.system = 12, .class_id = 8, .instance = 6, .local = 6};
   const std::string_view change = R"x({"ask":"route_add","match":"Ladar(4000/0)","via":"a"})x";
@@ -117,6 +128,9 @@ TEST(Rights, ThePolicyIsAskedForWhatAQuestionDoes) {
   EXPECT_EQ(asked(R"({"ask":"login"})"), To::kLogin);
   EXPECT_EQ(asked(R"({"ask":"conf_get"})", true), To::kLook);
   EXPECT_EQ(asked("nonsense", true), To::kChange);
+  EXPECT_EQ(asked(R"({"ask":"conf_peer"})", true), To::kAgree);
+  EXPECT_EQ(asked(R"({"ask":"conf_peer","ask":"conf_apply"})", true), To::kChange);
+  EXPECT_EQ(asked(R"({"ask":"conf_peer"})"), To::kLook) << "to a router, which does not know it";
 }
 
 }  // namespace rights_test

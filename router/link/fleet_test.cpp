@@ -77,6 +77,7 @@ class FleetTest : public testing::Test {
   struct Around final : LinkContext {
     std::uint64_t random() override { return ++number; }
     [[nodiscard]] const Identity& self() const override { return identity; }
+    [[nodiscard]] bool has_keys() const override { return false; }
     [[nodiscard]] std::int64_t wall_ns() const override { return 0; }
     void send(const NetAddress&, std::span<const std::byte>) override {}
     void lost(core::ClientId, const Header&, core::Outcome) override {}

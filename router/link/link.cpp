@@ -250,11 +250,19 @@ void Link::know_again(Time now, PeerName&& certificate) {
     router_.rename_link(now, client_, peer_.name.view(), subject());
 }
 
+// The router above operates this one, routers of one robot each other, and top-level ones any.
+bool Link::is_to_other_robot() const {
+  if (settings_.kind == LinkKind::kSuper || peer_.role == core::Role::kTop) return false;
+  const Identity& self = context_.self();
+  return self.role == core::Role::kTop || peer_.system != self.system;
+}
+
 policy::Subject Link::subject() const {
   namespace kind = policy::kind;
   policy::Subject subject;
   subject.add(kind::kRouter, peer_.name.view()).add(kind::kSystem, peer_.system);
   subject.add(kind::kRole, core::name(peer_.role));
+  if (context_.has_keys() && is_to_other_robot()) subject.add_other_robot();
   return subject.add(kind::kPort, core::name(core::PortKind::kLink));
 }
 

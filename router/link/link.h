@@ -57,6 +57,7 @@ class LinkContext : public core::Interface {
  public:
   virtual std::uint64_t random() = 0;
   [[nodiscard]] virtual const Identity& self() const = 0;
+  [[nodiscard]] virtual bool has_keys() const = 0;
   // The sender's real-time clock minus its monotonic clock.
   [[nodiscard]] virtual std::int64_t wall_ns() const = 0;
   // Sends a single datagram, outside of bursts.
@@ -242,6 +243,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   void know(const Identity& peer, PeerName&& certificate);
   void know_again(Time now, PeerName&& certificate);
   [[nodiscard]] policy::Subject subject() const;
+  [[nodiscard]] bool is_to_other_robot() const;
   [[nodiscard]] core::ClientId connect_client(Time now);
   void come_up(Time now);
   void unlock(Time now);

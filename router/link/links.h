@@ -154,6 +154,7 @@ class Links final : public core::Port,
   [[nodiscard]] const Link* uplink() const { return uplink_; }
   [[nodiscard]] const Fleet& fleet() const { return fleet_; }
   [[nodiscard]] const Identity& self() const override { return setup_.self; }
+  [[nodiscard]] bool has_keys() const override { return setup_.handshaker != nullptr; }
   struct Counters {
     std::uint64_t strange = 0;        // datagrams that do not belong to this protocol
     std::uint64_t unknown_token = 0;  // datagrams of unknown sessions

@@ -238,6 +238,8 @@ bool Rule::lets_all_pass() const {
 }
 
 Policy::Policy(AddressWidths widths) : widths_(widths) {
+  add(compiled(built_in("(agents)", "other-robot", "agree", "allow")));
+  add(compiled(built_in("(other robots)", "other-robot", "change", "deny")));
   add(compiled(built_in("(fleet)", "port:link", "*", "allow")));
   add(compiled(built_in("(none)", "*, port:link", "*", "deny")));
 }

@@ -6,7 +6,8 @@
 // only by them if one matches. Once there is any rule, what matches none is denied; without rules
 // everything passes. Routers at the other ends of links are met only by
 // rules that name routers, systems or roles: their messages were judged where they entered the
-// fleet.
+// fleet. The built-in ones among these come last: at a router with keys, those of other robots
+// change nothing from below or beside; all else passes.
 //
 // Replies (types <= 0) to who has asked within the last minute need no rule (Enforcer).
 #pragma once

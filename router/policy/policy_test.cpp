@@ -45,6 +45,27 @@ TEST(Policy, WithoutRulesEverythingPasses) {
     EXPECT_TRUE(policy.rule(policy.rules_for(*Subject::parse(from)).front()).lets_all_pass());
 }
 
+TEST(Policy, RoutersOfOtherRobotsChangeNothingUnlessARuleSaysSo) {
+  constexpr std::string_view kRobot = "router:r3, system:3, other-robot";
+  const Policy open = compiled({});
+  EXPECT_EQ(rule_for(open, kRobot, "Tims(5/1)", "change"), "(other robots)");
+  EXPECT_EQ(rule_for(open, kRobot, "Tims(5/1):1", "agree"), "(agents)");
+  for (const std::string_view type : {"look", "move", "login"})
+    EXPECT_EQ(rule_for(open, kRobot, "Tims(5/1)", type), "(fleet)");
+  EXPECT_EQ(rule_for(open, "router:r3, system:3", "Tims(5/1)", "change"), "(fleet)");
+  const Policy ruled =
+      compiled({.rules = {{.name = "ship", .from = "system:3", .types = "change", .then = "allow"},
+                          {.name = "all", .then = "allow"}}});
+  EXPECT_EQ(rule_for(ruled, kRobot, "Tims(5/1)", "change"), "ship");
+  EXPECT_EQ(rule_for(ruled, kRobot, "Tims(5/1):1", "agree"), "ship") << "it is part of a change";
+  EXPECT_EQ(rule_for(ruled, "router:r4, system:4, other-robot", "Tims(5/1)", "change"),
+            "(other robots)")
+      << "a rule for everybody is not one for routers";
+  const Policy all =
+      compiled({.rules = {{.name = "all robots", .from = "other-robot", .then = "allow"}}});
+  EXPECT_EQ(rule_for(all, kRobot, "Tims(5/1)", "change"), "all robots");
+}
+
 TEST(Policy, TheFirstRuleThatMatchesDecides) {
   const Policy policy =
       compiled({.rules = {{.name = "stop", .from = "user:guest", .types = "off", .then = "allow"},
@@ -184,7 +205,7 @@ TEST(Policy, DecidesAsTheNaiveEvaluator) {
                                       widths),
                   .type = static_cast<std::int8_t>(static_cast<int>(random() % 30) - 7)};
       const Address::Fields at = query.dest.fields(widths);
-      std::size_t expected = text.rules.size() + 1;  // (fleet), then (none)
+      std::size_t expected = policy.rules().size() - 1;  // (none)
       for (std::size_t n = text.rules.size(); n-- > 0;) {
         const RuleText& rule = text.rules[n];
         if (naive_subject(rule.from, subject) && naive_address(rule.to, at) &&

@@ -12,6 +12,7 @@ namespace {
 constexpr std::array<std::string_view, 11> kKinds{
     kind::kRouter, kind::kSystem, kind::kRole,  kind::kUser, kind::kRight, kind::kUid,
     kind::kGid,    kind::kUnit,   kind::kLabel, kind::kNet,  kind::kPort};
+constexpr std::array<std::string_view, 2> kWithoutValue{kind::kOwn, kind::kOtherRobot};
 constexpr std::array<std::string_view, 3> kRoles{"subsystem", "system", "top"};
 constexpr std::array<std::string_view, 3> kRights{"look", "drive", "configure"};
 constexpr std::array<std::string_view, 4> kPorts{"local", "tcp", "websocket", "link"};
@@ -25,6 +26,17 @@ Parts parts_of(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) return {text, {}};
   return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
+// Identities without a value.
+bool is_word(std::string_view text) {
+  return std::ranges::find(kWithoutValue, text) != kWithoutValue.end();
+}
+
+// Only routers at the other ends of links have such identities.
+bool is_of_routers(std::string_view kind) {
+  return kind == kind::kRouter || kind == kind::kSystem || kind == kind::kRole ||
+         kind == kind::kOtherRobot;
 }
 
 // Without the scope of an address: "%eth0".
@@ -79,9 +91,9 @@ Subject& Subject::add(std::string_view kind, std::uint64_t value) {
   return add(kind, std::to_string(value));
 }
 
-Subject& Subject::add_own() {
-  if (name.empty()) name = kind::kOwn;
-  identities.emplace_back(kind::kOwn);
+Subject& Subject::add_word(std::string_view word) {
+  if (name.empty()) name = word;
+  identities.emplace_back(word);
   return *this;
 }
 
@@ -98,26 +110,24 @@ std::optional<Subject> Subject::parse(std::string_view text) {
     const Parts parts = parts_of(item);
     if (!SubjectPattern::problem(item).empty() || item.find('*') != std::string_view::npos)
       return std::nullopt;
-    if (item == kind::kOwn)
-      subject.add_own();
+    if (is_word(item))
+      subject.add_word(item);
     else
       subject.add(parts.kind, parts.value);
-    const bool is_router =
-        parts.kind == kind::kRouter || parts.kind == kind::kSystem || parts.kind == kind::kRole;
-    if (is_router && !subject.is_router()) subject.add(kind::kPort, "link");
+    if (is_of_routers(parts.kind) && !subject.is_router()) subject.add(kind::kPort, "link");
   }
   return subject.identities.empty() ? std::nullopt : std::optional(subject);
 }
 
 std::string SubjectPattern::problem(std::string_view text) {
-  if (text == "*" || text == kind::kOwn) return {};
+  if (text == "*" || is_word(text)) return {};
   const Parts parts = parts_of(text);
   if (std::ranges::find(kKinds, parts.kind) == kKinds.end()) {
     std::vector<std::string_view> known(kKinds.begin(), kKinds.end());
-    known.push_back(kind::kOwn);
+    known.insert(known.end(), kWithoutValue.begin(), kWithoutValue.end());
     std::string what = "\"" + std::string(text) + "\" is no subject";
     if (const auto near = base::nearest(parts.kind, known))
-      return what + "; did you mean " + std::string(*near) + (*near == kind::kOwn ? "?" : ":...?");
+      return what + "; did you mean " + std::string(*near) + (is_word(*near) ? "?" : ":...?");
     return what +
            ": write \"*\", \"own\", or one such as \"uid:1000\", \"user:guest\", "
            "\"router:base\", \"net:10.9.0.0/16\"";
@@ -135,9 +145,7 @@ std::optional<SubjectPattern> SubjectPattern::parse(std::string_view text) {
 }
 
 bool SubjectPattern::names_routers() const {
-  const std::string_view kind = parts_of(text_).kind;
-  return kind == kind::kRouter || kind == kind::kSystem || kind == kind::kRole ||
-         text_ == "port:link";
+  return is_of_routers(parts_of(text_).kind) || text_ == "port:link";
 }
 
 bool SubjectPattern::matches(const Subject& subject) const {

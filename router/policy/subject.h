@@ -15,10 +15,12 @@
 
 namespace tims::policy {
 
-// The kinds of identities, and "own" without a value: a program of the router's own user, or of
-// root, on the router's host.
+// The kinds of identities, and two without a value. "own": a program of the router's own user, or
+// of root, on the router's host. "other-robot": at a router with keys, a router of another robot at
+// a link below or beside.
 namespace kind {
 inline constexpr std::string_view kOwn = "own";
+inline constexpr std::string_view kOtherRobot = "other-robot";
 inline constexpr std::string_view kRouter = "router";  // name of a router at the end of a link
 inline constexpr std::string_view kSystem = "system";  // its system
 inline constexpr std::string_view kRole = "role";      // subsystem, system, top
@@ -41,7 +43,8 @@ struct Subject {
   // Adds "kind:value"; the first one added is its name.
   Subject& add(std::string_view kind, std::string_view value);
   Subject& add(std::string_view kind, std::uint64_t value);
-  Subject& add_own();
+  Subject& add_own() { return add_word(kind::kOwn); }
+  Subject& add_other_robot() { return add_word(kind::kOtherRobot); }
   [[nodiscard]] bool has(std::string_view identity) const;
   // A router at the end of a link. Only rules that name routers, systems or roles apply to it.
   [[nodiscard]] bool is_router() const { return has("port:link"); }
@@ -49,6 +52,9 @@ struct Subject {
   static std::optional<Subject> parse(std::string_view text);
 
   bool operator==(const Subject&) const = default;
+
+ private:
+  Subject& add_word(std::string_view word);
 };
 
 // What a rule says about subjects: "uid:1000", "user:*", "unit:rack-*", "net:10.9.0.0/16", "own",

@@ -45,6 +45,10 @@ TEST(Subject, RoutersAreMetOnlyByRulesThatNameThem) {
   EXPECT_TRUE(matches("system:3", "router:r3, system:3"));
   EXPECT_FALSE(matches("system:3", "router:r3, system:4"));
   EXPECT_FALSE(covers("*", "router:base"));
+  EXPECT_TRUE(matches("other-robot", "router:r3, other-robot"));
+  EXPECT_FALSE(matches("other-robot", "router:r3"));
+  EXPECT_FALSE(matches("*", "other-robot"));
+  EXPECT_TRUE(Subject::parse("other-robot")->is_router());
 }
 
 TEST(Subject, NetworksAreComparedByTheirBits) {
@@ -71,6 +75,8 @@ TEST(Subject, CoveringIsSeen) {
 
 TEST(Subject, MistakesAreNamed) {
   EXPECT_NE(SubjectPattern::problem("usr:guest").find("did you mean user:"), std::string::npos);
+  EXPECT_NE(SubjectPattern::problem("other-robots").find("did you mean other-robot?"),
+            std::string::npos);
   EXPECT_NE(SubjectPattern::problem("role:boss").find("subsystem, system or top"),
             std::string::npos);
   EXPECT_NE(SubjectPattern::problem("unit:*x").find("only at the end"), std::string::npos);

@@ -9,8 +9,8 @@
 namespace tims::policy {
 namespace {
 
-constexpr std::array<std::string_view, 8> kWords{"*",     "commands", "replies", "look",
-                                                 "drive", "change",   "login",   "trace"};
+constexpr std::array<std::string_view, 9> kWords{"*",      "commands", "replies", "look", "drive",
+                                                 "change", "agree",    "login",   "trace"};
 
 constexpr std::uint8_t bit(Right right) {
   return static_cast<std::uint8_t>(1U << static_cast<unsigned>(right));
@@ -64,7 +64,8 @@ std::string TypePattern::problem(std::string_view text) {
   if (const auto near = base::nearest(base::lower(text), known))
     return what + "; did you mean \"" + std::string(*near) + "\"?";
   return what +
-         ": write \"commands\", \"replies\", \"look\", \"drive\", \"change\", \"login\", "
+         ": write \"commands\", \"replies\", \"look\", \"drive\", \"change\", \"agree\", "
+         "\"login\", "
          "\"trace\", a name such as \"chassis.move\" (timsctl msg types), or numbers such "
          "as \"21\" or \"20..29\"";
 }
@@ -92,7 +93,9 @@ std::optional<TypePattern> TypePattern::parse(std::string_view given) {
     add(class_id::kJoystick, type::kData, type::kData);
     pattern.rights_ = bit(Right::kDrive);
   } else if (text == "change") {
-    pattern.rights_ = bit(Right::kChange);
+    pattern.rights_ = bit(Right::kChange) | bit(Right::kAgree);
+  } else if (text == "agree") {
+    pattern.rights_ = bit(Right::kAgree);
   } else if (text == "login") {
     pattern.rights_ = bit(Right::kLogin);
   } else if (text == "trace") {
@@ -135,6 +138,7 @@ std::optional<Query> parse_type(std::string_view given, std::uint16_t class_id) 
   const auto right = [](Right r) { return Query{.type = type::kAdminRequest, .right = r}; };
   if (text == "look") return right(Right::kLook);
   if (text == "change") return right(Right::kChange);
+  if (text == "agree") return right(Right::kAgree);
   if (text == "login") return right(Right::kLogin);
   std::vector<const TypeName*> found = named(text);
   if (found.size() > 1)

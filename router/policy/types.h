@@ -13,9 +13,11 @@
 
 namespace tims::policy {
 
-// What a question to a router needs (type ADMIN_REQUEST): reading, changing the router, a login for
-// a browser, or the driving lease of a robot. Also the right to have a message traced.
-enum class Right : std::uint8_t { kNone, kLook, kChange, kLogin, kTrace, kDrive };
+// What a question to a router, or to the configuration agent beside it, needs (type ADMIN_REQUEST):
+// reading, changing the router or its files, a login for a browser, or the driving lease of a
+// robot; agreeing on a change of files that was begun at several hosts. Also the right to have a
+// message traced.
+enum class Right : std::uint8_t { kNone, kLook, kChange, kLogin, kTrace, kDrive, kAgree };
 
 // What rules decide about.
 struct Query {

@@ -53,7 +53,7 @@ TEST(Types, QuestionsToRoutersAreMetByTheirRightOnly) {
   for (const auto& [word, right] :
        {std::pair("look", Right::kLook), std::pair("change", Right::kChange),
         std::pair("login", Right::kLogin), std::pair("trace", Right::kTrace),
-        std::pair("drive", Right::kDrive)}) {
+        std::pair("agree", Right::kAgree), std::pair("drive", Right::kDrive)}) {
     EXPECT_TRUE(matches(word, asks(right))) << word;
     EXPECT_TRUE(matches("*", asks(right))) << word;
     EXPECT_FALSE(matches("commands", asks(right))) << word;

@@ -1,11 +1,13 @@
 // Node: one host of the simulated network.
 #include <algorithm>
 #include <new>
+#include <stdexcept>
 #include <utility>
 
 #include <sys/mman.h>
 
 #include "router/core/random.h"
+#include "router/io/rights.h"
 #include "tests/sim/simulated_network.h"
 #include "wire/header.h"
 
@@ -26,6 +28,13 @@ link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
           .widths = setup.widths,
           .message_max = setup.message_max,
           .classes = setup.classes.at(setup.widths)};
+}
+
+policy::Policy compiled(const policy::PolicyText& rules, const AddressWidths& widths) {
+  std::vector<policy::Problem> problems;
+  auto policy = policy::Policy::compile(rules, widths, problems);
+  if (!policy) throw std::invalid_argument(problems.front().text);
+  return std::move(*policy);
 }
 
 }  // namespace
@@ -60,6 +69,10 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
              .handshaker = handshaker ? &*handshaker : nullptr,
              .lists = handshaker ? &node : nullptr,
              .links_max = node.setup_.links_max}) {
+  if (node.setup_.rules) {
+    enforcer.emplace(compiled(*node.setup_.rules, node.setup_.widths), epoch);
+    router.judge_by(*enforcer);
+  }
   for (const auto port : {core::PortKind::kLocal, core::PortKind::kWebSocket})
     router.attach(port, node);
   router.attach(core::PortKind::kLink, links);
@@ -251,6 +264,15 @@ core::Outcome Node::deliver(Time now, const core::Receiver& to, const core::Mess
 void Node::arrived(core::ClientId client, Arrival&& arrival) {
   if (on_arrival) return on_arrival(*this, client, std::move(arrival));
   running_->arrivals[client.value].push_back(std::move(arrival));
+}
+
+void Node::admin(Time, core::ClientId, const core::Message& request) {
+  questions.emplace_back(io::SentMessage::of(request, router().settings()).body);
+}
+
+policy::Right Node::right_of(const core::Message& request) {
+  const core::RouterSettings& settings = router().settings();
+  return io::asked_of(io::SentMessage::of(request, settings), settings.widths);
 }
 
 void Node::reply(Time now, const core::Receiver& to, const Header& header) {

@@ -42,6 +42,7 @@ Node& SimulatedNetwork::add(const NodeSetup& setup) {
   if (sealed_ && !own.keys)
     own.keys = {.fleet = 1,
                 .name = {.role = own.role, .system = own.system, .id = own.id, .name = own.name}};
+  if (judges_ && !own.rules) own.rules.emplace();
   if (own.keys)
     for (link::LinkSettings& settings : own.links) settings.secure = true;
   nodes_.push_back(std::make_unique<Node>(*this, own, nodes_.size(), random()));

@@ -17,6 +17,7 @@
 #include "router/core/router.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
+#include "router/policy/enforcer.h"
 #include "tests/sim/toy_keys.h"
 
 namespace tims::sim {
@@ -41,6 +42,8 @@ struct NodeSetup {
   std::optional<ToyKeys> keys{};
   // What a step of a handshake takes its thread, one step after the other.
   Duration handshake_step = std::chrono::microseconds(700);
+  // Its clients and links are judged by these rules; empty: everything passes.
+  std::optional<policy::PolicyText> rules{};
 };
 
 // What a client received.
@@ -117,6 +120,9 @@ class Node final : private core::Port,
   // If set, it is called for every message a client receives, and arrivals() stays empty.
   std::function<void(Node&, core::ClientId, Arrival&&)> on_arrival;
   std::vector<core::Event> events;  // kept over restarts
+  // Questions to this router, and the rules that have denied one here.
+  std::vector<std::string> questions;
+  std::vector<std::string> denied;
   [[nodiscard]] std::size_t handshakes() const {
     return running_->handshaker ? running_->handshaker->running() : 0;
   }
@@ -133,7 +139,11 @@ class Node final : private core::Port,
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
   void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver&, core::CloseReason) override {}
-  void admin(Time, core::ClientId, const core::Message&) override {}
+  void admin(Time, core::ClientId, const core::Message& request) override;
+  policy::Right right_of(const core::Message& request) override;
+  void deny_admin(core::ClientId, const core::Message&, std::string_view rule) override {
+    denied.emplace_back(rule);
+  }
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event& event) override { events.push_back(event); }
   bool offer(const link::Burst& burst) override;
@@ -154,6 +164,7 @@ class Node final : private core::Port,
     Memory messages;
     core::BlockPool pool;
     link::MessageMemory memory;
+    std::optional<policy::Enforcer> enforcer;
     core::Router router;
     std::optional<ToyHandshaker> handshaker;
     link::Links links;
@@ -189,6 +200,8 @@ class SimulatedNetwork {
   Node& add(const NodeSetup& setup);  // not started
   // All nodes added from here on have keys of one fleet.
   void seal_all() { sealed_ = true; }
+  // All nodes added from here on judge by the built-in rules, unless they have others.
+  void judge_all() { judges_ = true; }
   [[nodiscard]] std::vector<std::unique_ptr<Node>>& nodes() { return nodes_; }
   Node& node(const std::string& name);
   // Announces the node to the other nodes of its fleet, and those to the node.
@@ -266,6 +279,7 @@ class SimulatedNetwork {
 
   std::uint64_t seed_;
   bool sealed_ = false;
+  bool judges_ = false;
   std::uint64_t random_;
   Time now_{std::chrono::seconds(100)};
   std::uint64_t order_ = 0;

@@ -1,4 +1,7 @@
 // A robot that was broken into has its keys and its link, and sends what it likes over it.
+#include <string_view>
+#include <tuple>
+
 #include "tests/sim/story.h"
 #include "wire/header.h"
 
@@ -23,6 +26,12 @@ struct Stolen : Story {
     });
     robot->end_turn(now());
     run_for(100ms);
+  }
+  // A question of a program at the robot to a router, or to the agent beside it.
+  void ask_over_link(Address to, std::string_view question) {
+    const auto bytes = std::as_bytes(std::span(question));
+    send_over_link({.type = type::kAdminRequest, .dest = to, .src = kLadar}, 0,
+                   {bytes.begin(), bytes.end()});
   }
   [[nodiscard]] std::uint64_t at_base(core::Outcome outcome) {
     return base->router().messages().total(outcome).messages;
@@ -83,6 +92,136 @@ TEST(StolenRobot, MessagesThatClaimToHaveComeFarEnd) {
   s.send_over_link({.type = 3, .dest = kChassis, .src = kLadar}, core::kHopsMax - 2);
   EXPECT_EQ(s.other->arrivals(s.chassis).size(), before + 1);
   EXPECT_EQ(Story::links_up(*s.base), 2U);
+}
+
+constexpr Address kBaseRouter{0x00000100};   // Tims(0/1)
+constexpr Address kOtherRouter{0x02000100};  // Tims(2/1), behind the base
+constexpr Address kHostRouter{0x01000200};   // Tims(1/2), the robot's own second host
+constexpr Address agent_of(Address router) { return Address(router.raw() + 1); }
+
+constexpr std::string_view kStatus = R"({"ask":"status"})";
+constexpr std::string_view kLease = R"({"ask":"lease","robot":2,"do":"take","name":"x"})";
+constexpr std::string_view kRouteAdd = R"x({"ask":"route_add","match":"*(2/*)","via":"robot"})x";
+constexpr std::string_view kLinkDown = R"({"ask":"link","link":"other","do":"down"})";
+constexpr std::string_view kNewer = R"({"ask":"forget_all"})";
+constexpr std::string_view kList = R"({"ask":"conf_list"})";
+constexpr std::string_view kApply = R"({"ask":"conf_apply","edits":[]})";
+constexpr std::string_view kPeer = R"({"ask":"conf_peer","change":"0123456789abcdef"})";
+
+// The default, without any rules: it looks, and changes no router, neither the one above nor,
+// through that, those of others. By a route of its own it could speak for them afterwards.
+TEST(StolenRobot, ChangesNoRouterAboveAndNoneOfOthers) {
+  Stolen s;
+  for (const std::string_view change : {kRouteAdd, kLinkDown}) {
+    s.ask_over_link(kBaseRouter, change);
+    s.ask_over_link(kOtherRouter, change);
+  }
+  s.ask_over_link(kOtherRouter, kNewer);
+  EXPECT_TRUE(s.base->questions.empty());
+  EXPECT_TRUE(s.other->questions.empty());
+  ASSERT_EQ(s.base->denied.size(), 5U);
+  EXPECT_EQ(s.base->denied.front(), "rule \"(other robots)\" for router:robot");
+  EXPECT_EQ(s.at_base(core::Outcome::kDenied), 5U);
+  const core::Event* denied = Story::find_event(*s.base, core::EventKind::kDenied);
+  ASSERT_NE(denied, nullptr) << "in the audit log";
+  EXPECT_EQ(denied->client.name.view(), "robot");
+  s.ask_over_link(kBaseRouter, kStatus);
+  s.ask_over_link(kOtherRouter, kStatus);
+  s.ask_over_link(kBaseRouter, kLease);
+  EXPECT_EQ(s.base->questions,
+            (std::vector<std::string>{std::string(kStatus), std::string(kLease)}));
+  EXPECT_EQ(s.other->questions, std::vector<std::string>{std::string(kStatus)});
+}
+
+TEST(StolenRobot, ChangesNoFilesAboveAndNoneOfOthers) {
+  Stolen s;
+  const core::ClientId of_base = s.client(*s.base, agent_of(kBaseRouter));
+  const core::ClientId of_other = s.client(*s.other, agent_of(kOtherRouter));
+  s.run_for(100ms);
+  for (const std::string_view question : {kApply, kNewer, std::string_view("{")}) {
+    s.ask_over_link(agent_of(kBaseRouter), question);
+    s.ask_over_link(agent_of(kOtherRouter), question);
+  }
+  EXPECT_TRUE(s.base->arrivals(of_base).empty());
+  EXPECT_TRUE(s.other->arrivals(of_other).empty());
+  EXPECT_EQ(s.base->denied.size(), 6U);
+  // To look is everybody's, and the agents of one change agree about it.
+  for (const std::string_view question : {kList, kPeer}) {
+    s.ask_over_link(agent_of(kBaseRouter), question);
+    s.ask_over_link(agent_of(kOtherRouter), question);
+  }
+  EXPECT_EQ(s.base->arrivals(of_base).size(), 2U);
+  EXPECT_EQ(s.other->arrivals(of_other).size(), 2U);
+}
+
+TEST(StolenRobot, ChangesNoRouterBeside) {
+  SimulatedNetwork w(7);
+  w.seal_all();
+  w.judge_all();
+  Node& one = w.add({.name = "one", .system = 1, .links = {peer_link(address_of(1))}});
+  Node& two = w.add(
+      {.name = "two", .system = 2, .links = {{.kind = core::LinkKind::kPeer, .connects = false}}});
+  for (Node* node : {&one, &two}) node->start(w.now());
+  const core::ClientId thief = one.add_client(w.now(), "thief");
+  ASSERT_TRUE(one.add_mailbox(w.now(), thief, kLadar));
+  w.run_for(1s);
+  for (const std::string_view question : {kRouteAdd, kStatus}) {
+    (void)one.send(w.now(), thief,
+                   {.type = type::kAdminRequest, .dest = kOtherRouter, .src = kLadar},
+                   std::as_bytes(std::span(question)));
+    w.run_for(100ms);
+  }
+  EXPECT_EQ(two.questions, std::vector<std::string>{std::string(kStatus)});
+  EXPECT_EQ(two.denied, std::vector<std::string>{"rule \"(other robots)\" for router:one"});
+}
+
+// Who operates robots goes on doing so: from above, and within a robot between its hosts.
+TEST(StolenRobot, OperatorsAboveAndTheRobotsOwnHostsChangeRouters) {
+  Stolen s;
+  const auto ask = [&](Node& from, core::ClientId client, Address src, Address to) {
+    (void)from.send(s.now(), client, {.type = type::kAdminRequest, .dest = to, .src = src},
+                    std::as_bytes(std::span(kLinkDown)));
+    s.run_for(100ms);
+  };
+  constexpr Address kRobotRouter{0x01000100};
+  const std::vector<std::string> asked{std::string(kLinkDown)};
+  ask(*s.base, s.gui, kGui, kOtherRouter);
+  EXPECT_EQ(s.other->questions, asked);
+  ask(*s.base, s.gui, kGui, kHostRouter);
+  EXPECT_EQ(s.host->questions, asked) << "through the router of the robot";
+  ask(*s.host, s.camera, kCamera, kRobotRouter);
+  EXPECT_EQ(s.robot->questions, asked);
+  for (Node* node : {s.base, s.robot, s.host, s.other}) EXPECT_TRUE(node->denied.empty());
+}
+
+TEST(StolenRobot, ARuleThatNamesARobotLetsItChangeRouters) {
+  Story s(1,
+          {.rules = policy::PolicyText{.rules = {{.name = "mother ship",
+                                                  .from = "router:robot",
+                                                  .types = "change",
+                                                  .then = "allow"}}}},
+          core::Compression::kOff, true);
+  s.begin();
+  for (const auto& [node, client, src] :
+       {std::tuple(s.robot, s.ladar, kLadar), std::tuple(s.other, s.chassis, kChassis)}) {
+    (void)node->send(s.now(), client,
+                     {.type = type::kAdminRequest, .dest = kBaseRouter, .src = src},
+                     std::as_bytes(std::span(kLinkDown)));
+    s.run_for(100ms);
+  }
+  EXPECT_EQ(s.base->questions.size(), 1U);
+  EXPECT_EQ(s.base->denied, std::vector<std::string>{"rule \"(other robots)\" for router:other"});
+}
+
+// As before: nobody there has proven anything.
+TEST(StolenRobot, WithoutKeysRobotsChangeEachOther) {
+  Story s(1, {.rules = policy::PolicyText{}});
+  s.begin();
+  (void)s.robot->send(s.now(), s.ladar,
+                      {.type = type::kAdminRequest, .dest = kBaseRouter, .src = kLadar},
+                      std::as_bytes(std::span(kLinkDown)));
+  s.run_for(100ms);
+  EXPECT_EQ(s.base->questions.size(), 1U);
 }
 
 // Static routes name routers. A route leads to whose certificate has the name, whatever routers

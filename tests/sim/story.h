@@ -25,6 +25,7 @@ struct Story : SimulatedNetwork {
                  core::Compression compress = core::Compression::kOff, bool sealed = false)
       : SimulatedNetwork(seed) {
     if (sealed) seal_all();
+    if (sealed) judge_all();
     const auto links = [compress](std::vector<link::LinkSettings> all) {
       for (link::LinkSettings& one : all) one.packing.compress = compress;
       return all;

@@ -1,6 +1,6 @@
 // timsctl acl: the rules of a router's policy, what they have met, and what they say.
 #include <algorithm>
-#include <array>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -52,18 +52,18 @@ constexpr Column kAudit[] = {
     {"TEXT", "text"},
 };
 
-// Messages come from a router on the way as the next one knows it.
-std::string who_is(AdminClient& router) {
-  const json::object answer = router.ask({{"ask", "routers"}, {"limit", 1}});
-  for (const json::object& self : objects(items_of(answer)))
-    return fmt::format("router:{}, system:{}, role:{}", text_at(self, "name"),
-                       text_at(self, "system"), text_at(self, "role"));
+// Messages come from a router on the way as the next one knows it: as a client at a link.
+std::string who_is(AdminClient& router, AdminClient& next) {
+  std::string address;
+  for (const json::object& self : objects(items_of(router.ask({{"ask", "routers"}, {"limit", 1}}))))
+    address = text_at(self, "address.raw");
+  std::string name;
+  for (const json::object& link : objects(items_of(next.ask({{"ask", "links"}}))))
+    if (text_at(link, "address.raw") == address) name = text_at(link, "name");
+  for (const json::object& client : objects(items_of(next.ask({{"ask", "clients"}}))))
+    if (text_at(client, "port") == "link" && text_at(client, "name") == name)
+      return text_at(client, "subject");
   return "port:link";
-}
-
-bool is_right(std::string_view what) {
-  constexpr std::array<std::string_view, 3> kRights{"look", "change", "login"};
-  return std::ranges::find(kRights, what) != kRights.end();
 }
 
 // Asks the routers on the way of a message in turn, until one denies it.
@@ -74,14 +74,14 @@ class Trial {
   Exit run() {
     const Options& options = context_.options;
     const tims::Address to = need_address(options.to, admin_.widths());
-    const std::int8_t type = is_right(options.type) ? tims::type::kAdminRequest
-                                                    : type_to_assume(options, to, admin_.widths());
-    const Path path = find_path(admin_, {}, to, type);
+    const Path path = find_path(admin_, {}, to, MessageKind::of(options, to, admin_.widths()));
     std::string who = options.from;
+    std::optional<AdminClient> before;
     for (const Step& step : path.steps) {
       AdminClient router = admin_.at(step.router);
+      if (before) who = who_is(*before, router);
       if (!judge(router, who, to)) break;
-      who = who_is(router);
+      before.emplace(router);
     }
     print();
     return allowed_ ? Exit::kDone : Exit::kNo;

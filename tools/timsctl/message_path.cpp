@@ -1,6 +1,7 @@
 #include "tools/timsctl/message_path.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include "base/measure.h"
 #include "base/text.h"
 #include "tools/cli/output.h"
+#include "tools/timsctl/message.h"
 
 namespace timsctl {
 namespace {
@@ -38,10 +40,19 @@ std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox) 
   return std::nullopt;
 }
 
+MessageKind MessageKind::of(const Options& options, tims::Address to,
+                            const tims::AddressWidths& widths) {
+  constexpr std::array<std::string_view, 4> kRights{"look", "change", "agree", "login"};
+  if (std::ranges::find(kRights, options.type) != kRights.end())
+    return {.type = tims::type::kAdminRequest, .right = options.type};
+  return {.type = type_to_assume(options, to, widths)};
+}
+
 Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims::Address to,
-               std::int8_t type) {
+               const MessageKind& kind) {
   constexpr std::size_t kStepsMax = 20;
-  json::object question{{"ask", "route"}, {"to", to.to_hex()}, {"type", type}};
+  json::object question{{"ask", "route"}, {"to", to.to_hex()}, {"type", kind.type}};
+  if (!kind.right.empty()) question["what"] = kind.right;
   if (from) question["from"] = from->to_hex();
   Path path;
   std::optional<tims::Address> at = first.router();
@@ -96,7 +107,7 @@ std::optional<BrokenLink> broken_link_to(Context& context, Connection& connectio
   try {
     const AdminClient admin(connection, context.signals,
                             std::min(kAnswersWithin, context.options.timeout));
-    const Path path = find_path(admin, {}, to, tims::type::kGetStatus);
+    const Path path = find_path(admin, {}, to, {.type = tims::type::kGetStatus});
     if (path.reached) return std::nullopt;
     return broken_link(admin, path, to);
   } catch (const Failure&) {

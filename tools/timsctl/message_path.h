@@ -24,9 +24,19 @@ struct Path {
   std::optional<std::string> failure;  // a router did not answer, or there is a loop
 };
 
+// Of which messages; `right`: of a question to a router, what it needs ("change"), else empty.
+struct MessageKind {
+  std::int8_t type = 0;
+  std::string right{};
+
+  // The type that is given with --type, or a right; without, GET_STATUS.
+  static MessageKind of(const Options& options, tims::Address to,
+                        const tims::AddressWidths& widths);
+};
+
 // Starts at the router of `first`.
 Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims::Address to,
-               std::int8_t type);
+               const MessageKind& kind);
 
 // Asks all routers of the fleet which one has the mailbox. Empty: none has it.
 std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox);

@@ -33,15 +33,15 @@ class Explainer {
       : context_(context), admin_(admin), src_(src), dst_(dst) {}
 
   Exit run() {
-    const std::int8_t type = type_to_assume(context_.options, dst_, admin_.widths());
-    const std::optional<Step> source = find_source(type);
+    const MessageKind kind = MessageKind::of(context_.options, dst_, admin_.widths());
+    const std::optional<Step> source = find_source();
     Conclusion conclusion;
     Path path;
     if (!source) {
       conclusion = {false, fmt::format("the sender {} is not registered", name_of(src_)),
                     "start the sending component, then ask again"};
     } else {
-      path = find_path(admin_.at(source->router), src_, dst_, type);
+      path = find_path(admin_.at(source->router), src_, dst_, kind);
       conclusion = conclude(path);
     }
     print(path, conclusion);
@@ -52,8 +52,8 @@ class Explainer {
   std::string name_of(tims::Address address) { return address.to_string(admin_.widths()); }
 
   // Where the sender is registered; a message to it may be routed elsewhere.
-  [[nodiscard]] std::optional<Step> find_source(std::int8_t type) {
-    const Path path = find_path(admin_, {}, src_, type);
+  [[nodiscard]] std::optional<Step> find_source() {
+    const Path path = find_path(admin_, {}, src_, {.type = tims::type::kGetStatus});
     if (path.reached) return path.steps.back();
     return find_owner(admin_, src_);
   }
