@@ -21,10 +21,14 @@ constexpr std::size_t kStandbyFleetMax = 100;
 }  // namespace
 
 bool Fleet::add(const Announcement& announcement) {
-  if (!announcement.dds || announcement.identity.epoch == self_.epoch) return false;
-  Announcement& known = routers_[announcement.dds];
-  if (known == announcement) return false;
-  known = announcement;
+  const NetAddress& dds = announcement.dds;
+  const bool is_dds = dds && dds.kind == PathKind::kDds;
+  if (!is_dds || announcement.identity.epoch == self_.epoch) return false;
+  const auto known = routers_.find(dds);
+  if (known == routers_.end())
+    return routers_.size() < kRoutersMax && routers_.emplace(dds, announcement).second;
+  if (known->second == announcement) return false;
+  known->second = announcement;
   return true;
 }
 

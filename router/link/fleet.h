@@ -14,9 +14,13 @@ namespace tims::link {
 
 class Fleet {
  public:
+  // Further routers are not taken: everybody on the network may announce some.
+  static constexpr std::size_t kRoutersMax = 4096;
+
   explicit Fleet(const Identity& self) : self_(self) {}
 
-  // Returns false when it was known already, or is our own.
+  // Returns false when it was known already, is our own, or is not announced over DDS; or when
+  // there are too many.
   bool add(const Announcement& announcement);
   void remove(const NetAddress& dds);
 

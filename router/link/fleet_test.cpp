@@ -120,6 +120,28 @@ TEST_F(FleetTest, OnlyNewsIsNews) {
   EXPECT_TRUE(candidates().empty());
 }
 
+TEST_F(FleetTest, IsBounded) {
+  be(kOne);
+  const auto one_of = [](std::size_t n) {
+    return Announcement{
+        .fleet = std::string_view("harbour"),
+        .identity = identity(Role::kSystem, 1, 1, 100 + n),
+        .dds = NetAddress::dds({static_cast<std::uint8_t>(n), static_cast<std::uint8_t>(n >> 8)})};
+  };
+  for (std::size_t n = 1; n < Fleet::kRoutersMax; ++n) ASSERT_TRUE(fleet->add(one_of(n)));
+  EXPECT_TRUE(fleet->add(one_of(Fleet::kRoutersMax))) << "the last one";
+  EXPECT_FALSE(fleet->add(one_of(Fleet::kRoutersMax + 1)));
+  EXPECT_EQ(fleet->routers().size(), Fleet::kRoutersMax);
+  Announcement news = one_of(7);
+  news.udp = {udp(99)};
+  EXPECT_TRUE(fleet->add(news)) << "of a known one";
+  fleet->remove(news.dds);
+  EXPECT_TRUE(fleet->add(one_of(Fleet::kRoutersMax + 1)));
+  Announcement by_udp = one_of(8);
+  by_udp.dds.kind = PathKind::kUdp;
+  EXPECT_FALSE(fleet->add(by_udp));
+}
+
 TEST_F(FleetTest, ASystemRouterLooksForATopLevelOne) {
   be(kOne);
   announce({kHost, kTwo, kOther, kBase});

@@ -25,6 +25,11 @@ constexpr Duration kOverlap = std::chrono::seconds(1);
 // While this much waits in the control lane, no part of a list is added.
 constexpr std::uint64_t kListBacklogMax = 64 << 10;
 
+// News of the fleet come from whoever announces himself; looking at them takes time for each link
+// and router.
+constexpr Duration kLookEvery = std::chrono::milliseconds(10);
+constexpr Duration kDoubleReportEvery = std::chrono::seconds(1);
+
 }  // namespace
 
 Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
@@ -339,6 +344,7 @@ std::uint64_t Links::queued_bytes(std::uint32_t token) const {
 void Links::on_timeout(Time now) {
   look_who_is_back(now);
   if (holds_back()) return;
+  if (look_due_ <= now) look_for_all_soon(now);
   while (!wake_.empty() && wake_.top().at <= now) {
     const Wake wake = wake_.top();
     wake_.pop();
@@ -675,18 +681,32 @@ void Links::on_refuse(Time now, const NetAddress& from, const Refuse& refuse) {
 void Links::on_announced(Time now, const Announcement& announcement) {
   if (!fleet_.add(announcement)) return;
   const Identity& identity = announcement.identity;
-  if (fleet_.is_double(identity))
+  if (fleet_.is_double(identity) && now >= double_reported_ + kDoubleReportEvery) {
+    double_reported_ = now;
     router_.note({.at = now,
                   .kind = core::EventKind::kDuplicateRouter,
                   .address = identity.address(),
                   .client = link_peer(identity.name.view(), announcement.dds.to_string()),
                   .owner = link_peer(setup_.self.name.view(), "this router")});
-  look_for_all(now);
+  }
+  look_for_all_soon(now);
 }
 
 void Links::on_gone(Time now, const NetAddress& dds) {
   fleet_.remove(dds);
   for_each_link([&](Link& link) { link.on_gone(now, dds); });
+  look_for_all_soon(now);
+}
+
+// At once, or a moment after the last time: whoever announces many routers, or one again and again,
+// keeps this one busy for a bounded time only.
+void Links::look_for_all_soon(Time now) {
+  if (now < looked_ + kLookEvery) {
+    look_due_ = looked_ + kLookEvery;
+    return;
+  }
+  looked_ = now;
+  look_due_ = kNever;
   look_for_all(now);
 }
 

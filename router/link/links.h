@@ -115,7 +115,7 @@ class Links final : public core::Port,
   [[nodiscard]] Time next_timeout() const {
     if (holds_back()) return back_until_;
     return std::min({wake_.empty() ? kNever : wake_.top().at, reception_.next_timeout(),
-                     lists_.next_timeout()});
+                     lists_.next_timeout(), look_due_});
   }
   void on_timeout(Time now);
 
@@ -248,6 +248,7 @@ class Links final : public core::Port,
 
   // --- routers of the fleet
   void look_for_all(Time now);
+  void look_for_all_soon(Time now);
   void look_for(Time now, Link& link);
   void look_again(Time now, Link& link);
   void advertise(Time now);
@@ -273,6 +274,9 @@ class Links final : public core::Port,
   ListExchange lists_;
   StandingOf standing_of_;
   Fleet fleet_;
+  Time looked_{};           // for all links, after news of the fleet
+  Time look_due_ = kNever;  // again: there are more news
+  Time double_reported_{};
   StandbyTurns standby_turns_;
   std::vector<LinkSettings> settings_;
   // What a datagram may name a link by.

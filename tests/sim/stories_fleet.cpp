@@ -78,6 +78,37 @@ class Fleet : public testing::Test {
   std::vector<Node*> robots;
 };
 
+// Whoever announces a router again and again makes the others look once in a while only.
+TEST_F(Fleet, NewsOfOneMomentAreLookedAtTogether) {
+  Node& one = robot(1);
+  network.run_for(100ms);
+  const auto place = [](std::uint8_t n) { return NetAddress::v4(10, 9, 9, n, 2010); };
+  const auto announce = [&](std::uint8_t n) {
+    link::Announcement news = one.announcement();
+    news.identity.epoch = 99;
+    news.identity.role = core::Role::kTop;
+    news.identity.system = 0;
+    news.dds = NetAddress::dds({7});
+    news.udp = {place(n)};
+    one.links().on_announced(network.now(), news);
+    one.end_turn(network.now());
+  };
+  const auto calls = [&](std::uint8_t n) {
+    bool found = false;
+    one.links().for_each(
+        [&](const link::Link& link) { found |= link.paths().is_target(place(n)); });
+    return found;
+  };
+  announce(1);
+  EXPECT_TRUE(calls(1)) << "at once";
+  announce(2);
+  announce(3);
+  EXPECT_TRUE(calls(1));
+  network.run_for(20ms);
+  EXPECT_TRUE(calls(3));
+  EXPECT_FALSE(calls(1));
+}
+
 TEST_F(Fleet, EachFindsItsSuperRouterByRoleAndSystem) {
   Node& ship = base();
   Node& one = robot(1);

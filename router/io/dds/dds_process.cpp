@@ -171,10 +171,9 @@ void DdsProcess::take(helper::Record&& record) {
       listener_.on_datagram(arrived->from, datagram);
     });
   } else if (auto* announced = std::get_if<helper::Announced>(&record)) {
-    known_.insert(announced->announcement.dds);
-    listener_.on_announced(announced->announcement);
+    if (known_.add(announced->announcement.dds)) listener_.on_announced(announced->announcement);
   } else if (auto* gone = std::get_if<helper::Gone>(&record)) {
-    known_.erase(gone->dds);
+    known_.remove(gone->dds);
     listener_.on_gone(gone->dds);
   } else if (auto* report = std::get_if<helper::Report>(&record)) {
     const bool changed = report->state != report_.state || report->address != report_.address ||
@@ -198,7 +197,7 @@ void DdsProcess::on_end(const std::string& why) {
   report_ = {.state = State::kStarting,
              .last_error = fmt::format("its helper process has ended ({}) and is started again",
                                        why.empty() ? how : why)};
-  for (const link::NetAddress& dds : std::exchange(known_, {})) listener_.on_gone(dds);
+  for (const link::NetAddress& dds : known_.take()) listener_.on_gone(dds);
   listener_.on_state();
   retry_.set(os::now() + pause_);
   pause_ = std::min(2 * pause_, kPauseMax);

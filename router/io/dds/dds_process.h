@@ -9,11 +9,11 @@
 #include <array>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "os/file.h"
 #include "os/process.h"
+#include "router/io/dds/announced_routers.h"
 #include "router/io/dds/dds_engine.h"
 #include "router/io/dds/helper_protocol.h"
 #include "router/io/log.h"
@@ -79,7 +79,7 @@ class DdsProcess {
   Duration pause_ = kPause;
   Time launched_{};
   helper::Report report_{};
-  std::set<link::NetAddress> known_;
+  AnnouncedRouters known_;
   std::uint64_t refused_ = 0;  // bursts' datagrams without room
   std::unique_ptr<std::array<std::byte, helper::kRecordMax>> in_;
   std::unique_ptr<std::array<std::byte, helper::kRecordMax>> out_;

@@ -25,6 +25,7 @@
 
 #include "base/rate_limiter.h"
 #include "router/link/datagram.h"
+#include "router/link/fleet.h"
 #include "router/link/transport.h"
 #include "tims/time.h"
 
@@ -71,7 +72,7 @@ std::vector<std::byte> directed(std::span<const std::byte> message, const link::
 
 class DiscoveryFilter {
  public:
-  static constexpr std::size_t kRoutersMax = 4096;    // further ones are ignored
+  static constexpr std::size_t kRoutersMax = link::Fleet::kRoutersMax;  // others are ignored
   static constexpr std::size_t kAnnouncedMax = 4096;  // size limit of announcements
   // Participants that address us; also the burst size.
   static constexpr std::uint64_t kAdmittedPerSecond = 10;

@@ -67,6 +67,13 @@ NetAddress get_address(ByteReader& in) {
   return address;
 }
 
+// Of another router. The helper believes whoever is on the network, and so may say anything; other
+// paths than its own are not its business.
+std::optional<NetAddress> get_dds_address(ByteReader& in) {
+  const NetAddress address = get_address(in);
+  return address.kind == link::PathKind::kDds ? std::optional(address) : std::nullopt;
+}
+
 std::vector<NetAddress> get_addresses(ByteReader& in) {
   std::vector<NetAddress> addresses;
   for (auto count = in.get<std::uint16_t>(); count > 0 && in.ok(); --count)
@@ -172,16 +179,27 @@ std::optional<Record> get_burst(ByteReader& in, std::span<std::byte> all) {
 }
 
 std::optional<Record> get_arrived(ByteReader& in, std::span<std::byte> all) {
-  Arrived arrived{.from = get_address(in)};
-  arrived.batch = all.last(in.rest().size());
+  const auto from = get_dds_address(in);
+  if (!from) return std::nullopt;
+  const Arrived arrived{.from = *from, .batch = all.last(in.rest().size())};
   in.take(in.rest().size());
   return link::Batch(arrived.batch).valid() ? std::optional<Record>(arrived) : std::nullopt;
 }
 
-template <typename Kind>
-std::optional<Record> with_announcement(std::optional<link::Announcement> announcement) {
-  if (!announcement) return std::nullopt;
-  return Kind{std::move(*announcement)};
+std::optional<Record> get_restart(ByteReader& in) {
+  auto self = get_announcement(in);
+  return self ? std::optional<Record>(Restart{std::move(*self)}) : std::nullopt;
+}
+
+std::optional<Record> get_announced(ByteReader& in) {
+  auto announcement = get_announcement(in);
+  if (!announcement || announcement->dds.kind != link::PathKind::kDds) return std::nullopt;
+  return Announced{std::move(*announcement)};
+}
+
+std::optional<Record> get_gone(ByteReader& in) {
+  const auto dds = get_dds_address(in);
+  return dds ? std::optional<Record>(Gone{*dds}) : std::nullopt;
 }
 
 std::optional<Record> get_record(std::size_t kind, ByteReader& in, std::span<std::byte> all) {
@@ -193,7 +211,7 @@ std::optional<Record> get_record(std::size_t kind, ByteReader& in, std::span<std
       return Start{std::move(settings), std::move(*self)};
     }
     case 1:
-      return with_announcement<Restart>(get_announcement(in));
+      return get_restart(in);
     case 2:
       return Connect{get_address(in)};
     case 3:
@@ -207,9 +225,9 @@ std::optional<Record> get_record(std::size_t kind, ByteReader& in, std::span<std
     case 7:
       return get_arrived(in, all);
     case 8:
-      return with_announcement<Announced>(get_announcement(in));
+      return get_announced(in);
     case 9:
-      return Gone{get_address(in)};
+      return get_gone(in);
     default:
       return std::nullopt;
   }

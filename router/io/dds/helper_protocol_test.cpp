@@ -112,6 +112,26 @@ TEST_F(HelperProtocol, OtherBytesAreRefused) {
   }
 }
 
+// Only over DDS has the helper anything to tell.
+TEST_F(HelperProtocol, AddressesOfOtherPathsAreRefused) {
+  const auto is_read = [&](const Record& record) {
+    return decode(std::span(bytes).first(encode(record, bytes))).has_value();
+  };
+  std::vector<std::byte> batch{std::byte{2}, std::byte{0}, std::byte{0xAB}, std::byte{0xCD}};
+  for (const link::PathKind kind : {link::PathKind::kUdp, link::PathKind::kTcp}) {
+    link::NetAddress other = kPeer;
+    other.kind = kind;
+    link::Announcement announced = announcement();
+    announced.dds = other;
+    EXPECT_FALSE(is_read(Arrived{other, batch}));
+    EXPECT_FALSE(is_read(Announced{announced}));
+    EXPECT_FALSE(is_read(Gone{other}));
+  }
+  EXPECT_TRUE(is_read(Arrived{kPeer, batch}));
+  EXPECT_TRUE(is_read(Announced{announcement()}));
+  EXPECT_TRUE(is_read(Gone{kPeer}));
+}
+
 TEST_F(HelperProtocol, WhatDoesNotFitIsNotEncoded) {
   const std::vector<std::byte> all(kRecordMax);
   EXPECT_EQ(encode(link::Burst{.to = kPeer, .bytes = all, .datagram_size = 1400}, bytes), 0U);
