@@ -109,6 +109,14 @@ class Doctor {
       const std::string id = fmt::format("port.{}", port);
       if (where.empty()) {
         add(id, Level::kInfo, fmt::format("{} is off", port));
+      } else if (is_loopback(where) && has_keys) {
+        add(id, Level::kInfo,
+            fmt::format("{} listens at {}, without TLS: unless rules say otherwise, every user of "
+                        "this host can command every component there, whatever the keys",
+                        port, where),
+            fmt::format("{}.listen = \"off\" if no program of this host needs it, or [[rule]] "
+                        "(docs/security.md)",
+                        port));
       } else if (is_loopback(where)) {
         add(id, Level::kOk,
             fmt::format("{} listens at {}: every user of this host can command every component "

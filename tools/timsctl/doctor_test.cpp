@@ -74,6 +74,17 @@ TEST(Doctor, PortsBeyondTheHostAreGoodWithKeysOnly) {
     EXPECT_EQ(finding(observed, port).level, Level::kOk) << port;
 }
 
+// Keys say nothing about the users of this host.
+TEST(Doctor, PortsWithinTheHostAreMentionedWhereKeysAre) {
+  Observations observed = healthy();
+  EXPECT_EQ(finding(observed, "port.tcp").level, Level::kOk);
+  observed.status["security"] = object(R"({"keys": {"state": "valid"}})");
+  const Finding f = finding(observed, "port.tcp");
+  EXPECT_EQ(f.level, Level::kInfo);
+  EXPECT_THAT(f.text, HasSubstr("every user of this host"));
+  EXPECT_THAT(f.hint, HasSubstr("tcp.listen = \"off\""));
+}
+
 TEST(Doctor, KeysThatEndAreRevokedOrCannotBeReadAreNamed) {
   Observations observed = healthy();
   EXPECT_EQ(finding(observed, "keys").id, "none");
