@@ -54,13 +54,13 @@ constexpr Column kAudit[] = {
 
 // Messages come from a router on the way as the next one knows it: as a client at a link.
 std::string who_is(AdminClient& router, AdminClient& next) {
-  std::string address;
-  for (const json::object& self : objects(items_of(router.ask({{"ask", "routers"}, {"limit", 1}}))))
-    address = text_at(self, "address.raw");
+  const std::string address = text_at(router.ask({{"ask", "status"}}), "address.raw");
   std::string name;
-  for (const json::object& link : objects(items_of(next.ask({{"ask", "links"}}))))
+  const json::object links = next.ask({{"ask", "links"}});
+  for (const json::object& link : objects(items_of(links)))
     if (text_at(link, "address.raw") == address) name = text_at(link, "name");
-  for (const json::object& client : objects(items_of(next.ask({{"ask", "clients"}}))))
+  const json::object clients = next.ask({{"ask", "clients"}});
+  for (const json::object& client : objects(items_of(clients)))
     if (text_at(client, "port") == "link" && text_at(client, "name") == name)
       return text_at(client, "subject");
   return "port:link";

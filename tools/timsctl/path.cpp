@@ -450,7 +450,8 @@ Exit ping_router(Context& context, Connection& connection, AdminClient admin) {
 // Every router on the path, the nearest first.
 void ping_hops(Context& context, Connection& connection, tims::Address target) {
   const AdminClient admin = context.admin(connection);
-  const Path path = find_path(admin, connection.address(), target, tims::type::kGetStatus);
+  const Path path =
+      find_path(admin, connection.address(), target, {.type = tims::type::kGetStatus});
   for (const Step& step : path.steps)
     if (step.router && *step.router != target)
       (void)ping_router(context, connection, admin.at(step.router));
