@@ -9,9 +9,9 @@
 namespace tims::os {
 
 // Starts `timsctl` (find_program()) with one end of a pair of sockets; the other
-// one is returned, non-blocking. The tunnel takes the keys of $TIMS_KEYS or /etc/tims/keys and ends
-// with the connection; it reports on stderr why it cannot be made, and the connection ends then.
-// kSystem: timsctl cannot be started.
+// one is returned, non-blocking. `router`: HOST:PORT[/NAME] (wire/endpoint.h). The tunnel takes the
+// keys of $TIMS_KEYS or /etc/tims/keys and ends with the connection; it reports on stderr why it
+// cannot be made, and the connection ends then. kSystem: timsctl cannot be started.
 Result<File> connect_by_tunnel(const std::string& router);
 
 }  // namespace tims::os

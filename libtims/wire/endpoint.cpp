@@ -11,7 +11,7 @@ namespace {
 Error no_endpoint(std::string_view text, std::string_view problem) {
   return {Errc::kInvalidArgument,
           "\"" + std::string(text) + "\" names no router: " + std::string(problem) +
-              "; write unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT"};
+              "; write unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT[/NAME]"};
 }
 
 std::optional<std::uint16_t> port_of(std::string_view text) {
@@ -36,11 +36,17 @@ Result<Endpoint> parse_endpoint(std::string_view text) {
   constexpr std::string_view kUnix = "unix:";
   constexpr std::string_view kTls = "tls:";
   if (text.starts_with(kTls)) {
-    auto endpoint = parse_endpoint(text.substr(kTls.size()));
+    const std::string_view place = text.substr(kTls.size());
+    const std::size_t slash = std::min(place.find('/'), place.size());
+    auto endpoint = parse_endpoint(place.substr(0, slash));
     if (!endpoint) return endpoint;
     auto* tcp = std::get_if<TcpEndpoint>(&*endpoint);
     if (tcp == nullptr || tcp->tls) return no_endpoint(text, "TLS leads to a HOST:PORT");
     tcp->tls = true;
+    if (slash == place.size()) return endpoint;
+    tcp->name = place.substr(slash + 1);
+    if (tcp->name.empty() || tcp->name.find('/') != std::string::npos)
+      return no_endpoint(text, "behind the / stands the name of a router");
     return endpoint;
   }
   if (text.starts_with(kUnix)) {
@@ -64,7 +70,8 @@ Result<Endpoint> parse_endpoint(std::string_view text) {
 std::string to_string(const TcpEndpoint& endpoint) {
   const bool v6 = endpoint.host.find(':') != std::string::npos;
   const std::string host = v6 ? "[" + endpoint.host + "]" : endpoint.host;
-  return (endpoint.tls ? "tls:" : "") + host + ":" + std::to_string(endpoint.port);
+  return (endpoint.tls ? "tls:" : "") + host + ":" + std::to_string(endpoint.port) +
+         (endpoint.name.empty() ? "" : "/" + endpoint.name);
 }
 
 std::string to_string(const Endpoint& endpoint) {

@@ -54,9 +54,9 @@ TEST(Endpoint, OtherTextsAreRefusedWithAReason) {
     ASSERT_FALSE(refused.ok()) << text;
     EXPECT_EQ(refused.error().code(), Errc::kInvalidArgument);
     EXPECT_NE(refused.error().detail().find(reason), std::string::npos) << refused.error().detail();
-    EXPECT_NE(
-        refused.error().detail().find("unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT"),
-        std::string::npos);
+    EXPECT_NE(refused.error().detail().find(
+                  "unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT[/NAME]"),
+              std::string::npos);
   }
 }
 
@@ -73,6 +73,15 @@ TEST(Endpoint, ThroughTls) {
   EXPECT_EQ(to_string(parse_endpoint("tls:[fe80::1]:7").value()), "tls:[fe80::1]:7");
   for (const char* wrong :
        {"tls:", "tls:/run/router.sock", "tls:unix:/x", "tls:tls:robot", "tls:robot:0"})
+    EXPECT_FALSE(parse_endpoint(wrong)) << wrong;
+}
+
+TEST(Endpoint, ThroughTlsToARouterByItsName) {
+  EXPECT_EQ(at("tls:10.0.0.1/robot3"),
+            Endpoint(TcpEndpoint{.host = "10.0.0.1", .port = 2000, .tls = true, .name = "robot3"}));
+  for (const char* text : {"tls:gate:7001/robot3", "tls:[fe80::1]:7/base"})
+    EXPECT_EQ(to_string(at(text)), text);
+  for (const char* wrong : {"tls:robot/", "tls:robot:2000/a/b", "tls:/robot3", "robot:2000/robot3"})
     EXPECT_FALSE(parse_endpoint(wrong)) << wrong;
 }
 

@@ -133,4 +133,16 @@ TlsSettings member_settings(const Credentials& own, TlsSettings::Side side,
   return settings;
 }
 
+TlsSettings client_settings(
+    const Credentials& own,
+    std::function<std::optional<Refusal>(const Certificate& server)> expects) {
+  TlsSettings settings = member_settings(own, TlsSettings::Side::kClient);
+  settings.judge = [is_member = settings.judge, expects = std::move(expects)](
+                       const Certificate& certificate, int depth) {
+    auto refusal = is_member(certificate, depth);
+    return refusal || depth != 0 ? refusal : expects(certificate);
+  };
+  return settings;
+}
+
 }  // namespace tims::security

@@ -80,4 +80,10 @@ std::optional<Refusal> judge(const Certificate& certificate, int depth, const Id
 TlsSettings member_settings(const Credentials& own, TlsSettings::Side side,
                             const Strictness& strictness = {});
 
+// The same for a client that expects more of the other side than to be a member: `expects` is asked
+// about its certificate.
+TlsSettings client_settings(
+    const Credentials& own,
+    std::function<std::optional<Refusal>(const Certificate& server)> expects);
+
 }  // namespace tims::security

@@ -89,4 +89,54 @@ TEST_F(OldListTest, IsSignedAnewByTheAuthorityAfterADay) {
   EXPECT_FALSE(authority_.refresh_list(kNow + 86401).value());
 }
 
+class DatesTest : public OldListTest {
+ protected:
+  using Code = Refusal::Code;
+
+  // Why it is refused at this time.
+  std::optional<Code> at(std::int64_t now, bool refuses_expired, bool trusted = true) {
+    const Strictness strictness{.expired = refuses_expired};
+    const auto refusal = judge(certificate_, depth_, base_, &list_, {now, trusted}, strictness);
+    text_ = refusal ? refusal->text : "";
+    return refusal ? std::optional(refusal->code) : std::nullopt;
+  }
+  void expect_limits() {
+    const std::int64_t first = certificate_.not_before();
+    const std::int64_t last = certificate_.not_after();
+    for (const bool refuses : {false, true}) {
+      EXPECT_EQ(at(first - 1, refuses), Code::kNotYetValid);
+      EXPECT_NE(text_.find("is not valid yet: compare both clocks"), std::string::npos) << text_;
+      EXPECT_EQ(at(first, refuses), std::nullopt);
+      EXPECT_EQ(at(last, refuses), std::nullopt);
+      EXPECT_EQ(at(first - 1, refuses, false), std::nullopt) << "no clock stops a robot";
+      EXPECT_EQ(at(last + 1, refuses, false), std::nullopt);
+    }
+    EXPECT_EQ(at(last + 1, false), std::nullopt) << "nor does an expiry";
+    EXPECT_EQ(at(last + 1, true), Code::kExpired);
+    EXPECT_NE(text_.find("has expired: run timsctl key renew there (security.refuse_expired)"),
+              std::string::npos)
+        << text_;
+  }
+
+  FleetList list_;
+  Certificate certificate_ = certificate_of(robot(3));
+  int depth_ = 0;
+  std::string text_;
+};
+
+TEST_F(DatesTest, CountAtTheirLimitsByAClockThatCanBeTrusted) { expect_limits(); }
+
+TEST_F(DatesTest, OfTheIssuingCertificateCountAsWell) {
+  certificate_ = authority_.chain_of(certificate_).back();
+  ASSERT_TRUE(certificate_.is_authority());
+  depth_ = 1;
+  expect_limits();
+}
+
+TEST_F(DatesTest, DoNotHelpWhoIsRevoked) {
+  list_.revoke(certificate_);
+  for (const bool trusted : {false, true})
+    EXPECT_EQ(at(certificate_.not_after() + 1, false, trusted), Code::kRevoked);
+}
+
 }  // namespace tims::security::credentials_test

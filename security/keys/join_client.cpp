@@ -145,8 +145,7 @@ Result<JoinAnswer> ask_any(const std::vector<std::string>& hosts, std::uint16_t 
 
 // A user is no base. Which router is one, its role does not tell: `key init --role` chooses it. A
 // member that answers for the authority all the same is found out by its answer (take_over()).
-std::optional<Refusal> judge_base(const Certificate& certificate, int depth) {
-  if (depth != 0) return std::nullopt;
+std::optional<Refusal> judge_base(const Certificate& certificate) {
   const auto identity = Identity::parse(certificate.uris());
   if (!identity) return Refusal{Refusal::Code::kIdentity, identity.error().detail()};
   if (identity->role != MemberRole::kUser) return std::nullopt;
@@ -156,15 +155,6 @@ std::optional<Refusal> judge_base(const Certificate& certificate, int depth) {
 Result<PrivateKey> key_for(const KeyFolder& keys) {
   if (auto made = keys.make(); !made) return made.error();
   return keys.next_key();
-}
-
-TlsSettings renewal_settings(const Credentials& own) {
-  TlsSettings settings = member_settings(own, TlsSettings::Side::kClient);
-  settings.judge = [is_member = settings.judge](const Certificate& certificate, int depth) {
-    auto refusal = is_member(certificate, depth);
-    return refusal ? refusal : judge_base(certificate, depth);
-  };
-  return settings;
 }
 
 std::string address_text(const JoinText& text) {
@@ -184,7 +174,9 @@ Result<Identity> join_fleet(const KeyFolder& keys, const JoinText& text, Time de
   TlsSettings settings;
   settings.side = TlsSettings::Side::kClient;
   settings.trusted_fingerprint = text.root;
-  settings.judge = &judge_base;
+  settings.judge = [](const Certificate& certificate, int depth) {
+    return depth == 0 ? judge_base(certificate) : std::nullopt;
+  };
   const auto context = TlsContext::make(std::move(settings));
   if (!context) return context.error();
   const Digest hash = hash_of_secret(text.secret);
@@ -230,7 +222,7 @@ Result<Identity> renew_certificate(const KeyFolder& keys, std::vector<std::strin
   if (!key) return key.error();
   const auto csr = CertificateRequest::make(*key, own->identity.uris());
   if (!csr) return csr.error();
-  const auto context = TlsContext::make(renewal_settings(*own));
+  const auto context = TlsContext::make(client_settings(*own, &judge_base));
   if (!context) return context.error();
   const auto accepted = ask_any(
       hosts, port, *context,

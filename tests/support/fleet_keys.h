@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "security/keys/authority.h"
 #include "tests/support/temporary_folder.h"
@@ -14,14 +15,15 @@ namespace tims::test {
 
 class FleetKeys {
  public:
-  FleetKeys() {
+  // `hosts`: names and addresses of the base in its certificate.
+  explicit FleetKeys(const std::vector<std::string>& hosts = {}) {
     const security::Identity base{.fleet = "harbour",
                                   .role = security::MemberRole::kTop,
                                   .system = 0,
                                   .id = 1,
                                   .name = "base",
                                   .rights = {}};
-    require(authority_.issue_own(base, {}, seconds()));
+    require(authority_.issue_own(base, hosts, seconds()));
   }
 
   // The setting for the router of the base.

@@ -177,7 +177,7 @@ class BehindNat : public TwoHosts {
     return answer ? answer->header.type : 0;
   }
 
-  FleetKeys keys_;
+  FleetKeys keys_{{TwoNetworks::kLeft}};
   const std::string look_ = keys_.user("lena", {.look = true});
   const std::string drive_ = keys_.user("dora", {.look = true, .drive = true});
   const std::string configure_ =

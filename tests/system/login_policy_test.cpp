@@ -107,9 +107,9 @@ class LoginPolicy : public testing::Test {
     return std::move(*client);
   }
   // What `timsctl web` prints for whoever has these keys.
-  static std::string login(const std::string& keys) {
+  static std::string login(const std::string& keys, const std::string& port = "2000") {
     auto child = ChildProcess::start(
-        {TIMSCTL_PROGRAM, "-H", std::string("tls:") + kAddress + ":2000", "web", "--bearer"},
+        {TIMSCTL_PROGRAM, "-H", std::string("tls:") + kAddress + ":" + port, "web", "--bearer"},
         {.environment = {"TIMS_KEYS=" + keys, "NO_COLOR=1"}, .folder = {}});
     EXPECT_TRUE(child && child->wait());
     return child->standard_output() + child->standard_error();
@@ -155,7 +155,7 @@ class LoginPolicy : public testing::Test {
   }
   [[nodiscard]] std::string acl_log() const { return base_->timsctl({"acl", "log", "--json"}); }
 
-  FleetKeys keys_;
+  FleetKeys keys_{{kAddress}};
   const std::string gast_ = keys_.user("gast", {.look = true, .drive = true, .configure = true});
   const std::string dora_ = keys_.user("dora", {.look = true, .drive = true});
   const std::string lena_ = keys_.user("lena", {.look = true});
@@ -165,6 +165,22 @@ class LoginPolicy : public testing::Test {
   std::vector<ChildProcess> tunnels_;
   std::vector<std::unique_ptr<Host>> robots_;
 };
+
+// A stolen robot on the path to the base gets neither commands nor logins of operators.
+TEST_F(LoginPolicy, ARobotDoesNotAnswerForTheBase) {
+  Host robot("robot3", "system", 3, 1, {},
+             {robot_keys(3), std::string("tcp.listen=") + kAddress + ":2001"});
+  robot.start();
+  EXPECT_THAT(login(dora_, "2001"),
+              HasSubstr("the router there is system 3, id 1 (robot3), and its certificate is for "
+                        "no address, not for 10.79.0.1: if it is the one that you mean, write "
+                        "HOST:PORT/robot3"));
+  EXPECT_EQ(robot.log().find("login"), std::string::npos) << robot.log();
+  EXPECT_THAT(login(dora_, "2000/robot3"),
+              HasSubstr("the router there is top 0, id 1 (base), not \"robot3\""));
+  EXPECT_THAT(login(dora_, "2000/base"), HasSubstr("Bearer"));
+  EXPECT_THAT(login(dora_, "2001/robot3"), HasSubstr("Bearer")) << "if it is the one that is meant";
+}
 
 TEST_F(LoginPolicy, PersonsAtTheTcpPort) {
   const Address one(0x000F0100);

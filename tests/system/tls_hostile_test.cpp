@@ -106,7 +106,7 @@ class TlsHostile : public TcpTest {
       (void)::send(guest.get(), "\x01", 1, MSG_NOSIGNAL | MSG_DONTWAIT);
   }
 
-  FleetKeys keys_;
+  FleetKeys keys_{{kAddress}};
   const std::string member_ = keys_.user("anna", {.look = true, .drive = true});
   std::optional<OwnNetwork> network_;
   std::vector<ChildProcess> tunnels_;

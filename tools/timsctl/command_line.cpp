@@ -293,6 +293,9 @@ constexpr Verb kOwnVerbs[] = {
      "Lead programs that speak in the clear, such as those of the original RACK, through TLS to "
      "the "
      "TCP port of a router, with the keys of this host: whoever can reach LISTEN has their rights. "
+     "ROUTER: HOST:PORT, as HOST stands in the router's certificate (at loopback: any), or "
+     "HOST:PORT/NAME with the router's name, where the address is another one (NAT, port "
+     "forwarding). "
      "LISTEN \"-\": one connection, the socket at stdin; programs whose router is tls:HOST:PORT "
      "start it so.",
      "timsctl tunnel 127.0.0.1:2000 base:2000", tunnel},

@@ -12,6 +12,7 @@
 #include "os/environment.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
+#include "security/keys/dialled.h"
 #include "security/relay/tls_relays.h"
 #include "tools/cli/admin_client.h"
 #include "tools/cli/failure.h"
@@ -22,7 +23,6 @@
 namespace timsctl {
 namespace {
 
-using security::Opened;
 using security::TlsContext;
 
 constexpr tims::Duration kConnectTime = std::chrono::seconds(5);
@@ -34,12 +34,9 @@ TcpHost tcp_host(const std::string& text) {
   throw usage_error(fmt::format("\"{}\" is no HOST:PORT", text));
 }
 
-// A user's certificate must not pass for that of a router.
-std::string refusal_of(const Opened& opened, const std::string& fleet) {
-  const auto identity = security::identity_of(opened.chain.front(), fleet);
-  if (!identity) return identity.error().detail();
-  if (identity->role != security::MemberRole::kUser) return {};
-  return fmt::format("the certificate there is that of {}, not of a router", identity->to_string());
+// HOST:PORT[/NAME], also with "tls:" before it.
+TcpHost router_at(const std::string& text) {
+  return tcp_host(text.starts_with("tls:") ? text : "tls:" + text);
 }
 
 // One end of the way to a router, over TLS with the keys of a folder.
@@ -47,9 +44,8 @@ class Tunnel {
  public:
   Tunnel(const Options& options, TcpHost router)
       : router_(std::move(router)),
-        own_(key_value(key_folder(options).load())),
-        tls_(key_value(TlsContext::make(
-            security::member_settings(own_, security::TlsSettings::Side::kClient)))),
+        tls_(key_value(TlsContext::make(security::dialling_settings(
+            key_value(key_folder(options).load()), {.host = router_.host, .name = router_.name})))),
         ended_(key_value(tims::os::make_event_fd())),
         relays_(key_value(security::TlsRelays::start())) {}
 
@@ -61,7 +57,7 @@ class Tunnel {
                   .tls = tls_,
                   .may_be_plain = false,
                   .plain = std::move(plain),
-                  .on_open = [this](const Opened& opened) { check(opened); },
+                  .on_open = [](const security::Opened&) {},
                   .on_refused = [this](const std::string& reason) { complain(reason); },
                   .on_end = [this] { tims::os::signal_event_fd(ended_.get()); }});
   }
@@ -69,15 +65,6 @@ class Tunnel {
   [[nodiscard]] int ended() const { return ended_.get(); }
 
  private:
-  void check(const Opened& opened) {
-    const std::string refusal = refusal_of(opened, own_.identity.fleet);
-    if (refusal.empty()) return;
-    complain(refusal);
-    const security::Certificate wrong = opened.chain.front();
-    relays_->end_if([wrong](const security::TlsRelays::Chain& chain) {
-      return !chain.empty() && chain.front() == wrong;
-    });
-  }
   void complain(const std::string& reason) const {
     std::cerr << fmt::format("timsctl tunnel: {}: {}\n", tims::wire::to_string(router_),
                              base::printable(reason));
@@ -85,7 +72,6 @@ class Tunnel {
   }
 
   TcpHost router_;
-  security::Credentials own_;
   TlsContext tls_;
   tims::os::File ended_;
   std::unique_ptr<security::TlsRelays> relays_;  // the last one: its thread uses the others
@@ -140,7 +126,7 @@ Exit tunnel(Context& context) {
     const pid_t child = ::fork();
     if (child != 0) ::_exit(child > 0 ? 0 : 1);
   }
-  Tunnel way(context.options, tcp_host(arguments[1]));
+  Tunnel way(context.options, router_at(arguments[1]));
   if (for_parent) return serve_one(context, way);
   const TcpHost here = tcp_host(arguments[0]);
   const tims::os::File listener = listen_at(here);
