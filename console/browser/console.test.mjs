@@ -279,6 +279,19 @@ test('the router is killed and started: the page says so, and goes on without a 
   await watched.close(['WebSocket', 'ERR_CONNECTION_REFUSED', 'Failed to load resource']);
 });
 
+test('a page that took long to load does not take its data for old', async () => {
+  await host.timsctl('component', 'on', `Position(${sim}/0)`);
+  const watched = await Watched.open(browser, host, `#/robot/${sim}?tiles=Position/0`);
+  const { page } = watched;
+  // The worker begins as much later than its page; data are old after 2 s.
+  await page.route(/\/main-.*\.js$/, (route) => setTimeout(() => route.continue(), 2500));
+  await page.reload();
+  const tile = page.getByRole('region', { name: 'Position/0' });
+  await tile.getByText('Heading').first().waitFor();
+  assert.equal(await tile.getByText(/These data are/).count(), 0);
+  await watched.close();
+});
+
 test('why a message does not arrive', async () => {
   const watched = await Watched.open(browser, host, '#/network?tab=explain');
   const { page } = watched;

@@ -8,6 +8,7 @@ import { addressOf, cameraData, Swarm } from './swarm.mjs';
 const schema = JSON.parse(readFileSync(new URL('../src/codec/schema.json', import.meta.url), 'utf8'));
 const system = 7;
 const period = 50; // ms
+const servoAt = 700; // its position
 
 const classOf = (name) => schema.classes.find((each) => each.name === name);
 const made = (struct) => Buffer.from(schema.structs.find(({ name }) => name === struct).made, 'hex');
@@ -33,6 +34,11 @@ const data = {
     return body;
   },
   Position: () => made('PositionData'),
+  ServoDrive: () => {
+    const body = made('ServoDriveData');
+    body.writeFloatLE(servoAt, 4);
+    return body;
+  },
   Clock: () => {
     const body = made('ClockData');
     body.writeBigInt64LE(0x7fff_ffff_ffff_ffffn, 28); // UTC
@@ -194,8 +200,8 @@ test('Pilot: hold and destination', async () => {
 
 test('ServoDrive and PtzDrive: what sets them going is held', async () => {
   let view = await opened('ServoDrive');
-  await compared('ServoDrive', 'MOVE_POS', ['position=100'], () => view.click('+100'));
-  await compared('ServoDrive', 'MOVE_POS', ['position=-100'], () => view.click('−100'));
+  await compared('ServoDrive', 'MOVE_POS', [`position=${servoAt + 100}`], () => view.click('+100'));
+  await compared('ServoDrive', 'MOVE_POS', [`position=${servoAt - 100}`], () => view.click('−100'));
   await compared('ServoDrive', 'MOVE_VEL', ['vel=0'], () => view.click('Stop'));
   await view.fill('Target', '25');
   await compared('ServoDrive', 'MOVE_POS', ['position=25'], () => view.click('Go there'));
@@ -212,6 +218,37 @@ test('ServoDrive and PtzDrive: what sets them going is held', async () => {
   await held(view, 'Home', (act) => compared('PtzDrive', 'HOME', [], act));
   await compared('PtzDrive', 'MOVE_VEL', [], () => view.click('Stop'));
   await view.watched.close();
+});
+
+test('a button that is held when its view is left has done nothing', async () => {
+  const view = await opened('ServoDrive');
+  const { page } = view.watched;
+  await page.clock.install();
+  for (const each of ['ServoDrive', 'Chassis']) component(each).commands.length = 0;
+  const release = await view.hold('Home');
+  await page.evaluate(() => {
+    location.hash = '#/fleet';
+  });
+  await view.tile.waitFor({ state: 'detached' });
+  await page.clock.runFor(5000);
+  await release();
+  await page
+    .getByRole('button', { name: 'Stop all robots' })
+    .or(page.getByLabel(`Stop robot ${system}`))
+    .first()
+    .click();
+  await eventually(() => component('Chassis').commands.length > 0, 'what was sent later has arrived');
+  assert.deepEqual(component('ServoDrive').commands, []);
+  await view.watched.close();
+});
+
+test('a servo whose position is not known does not move by a step', async () => {
+  swarm.add(addressOf(system, classOf('ServoDrive').id, 1), undefined, period, {});
+  const watched = await Watched.open(browser, host, `#/robot/${system}?tiles=ServoDrive/1`);
+  const tile = watched.page.getByRole('region', { name: 'ServoDrive/1', exact: true });
+  await tile.getByRole('button', { name: 'Go there' }).waitFor();
+  for (const name of ['+100', '−100']) assert(await tile.getByRole('button', { name }).isDisabled(), name);
+  await watched.close();
 });
 
 test('Io and Vehicle', async () => {
@@ -456,6 +493,30 @@ test('every view is accessible, light and dark', async () => {
     }
   }
   await watched.close();
+});
+
+test('the form of a command takes a comma for a point, and sends nothing in place of a number', async () => {
+  const view = await opened('ServoDrive');
+  await view.click('Commands');
+  await view.tile.getByLabel('Command').selectOption({ label: 'MOVE_POS' });
+  await compared('ServoDrive', 'MOVE_POS', ['position=1.5'], async () => {
+    await view.fill('position', '1,5');
+    await view.click('Send');
+  });
+  const box = view.tile.getByLabel('position', { exact: true });
+  component('ServoDrive').commands.length = 0;
+  for (const wrong of ['', 'fast']) {
+    await box.fill(wrong);
+    await view.click('Send');
+    assert.match(await box.evaluate((element) => element.validationMessage), /is no number/);
+  }
+  await compared('ServoDrive', 'MOVE_POS', ['position=2'], async () => {
+    await box.fill('2');
+    await view.click('Send');
+    await eventually(() => component('ServoDrive').commands.length > 0, 'it is sent');
+    assert.equal(component('ServoDrive').commands.length, 1, 'nothing before it');
+  });
+  await view.watched.close();
 });
 
 // Places of the map are chosen by keys: the middle of the map is where the robot is.
