@@ -108,11 +108,14 @@ SentPackets::AckResult SentPackets::on_ack(Time now, const Ack& ack, const RttEs
     return last - static_cast<std::uint32_t>(static_cast<std::uint32_t>(last) - wire);
   };
   if (next_ == 0) return result;
+  // Each range is below the one before: so none costs the work of another again.
+  std::uint64_t above = next_;
   for (std::size_t i = 0; i < ack.count; ++i) {
     // A number above all sent ones is mapped nearly 2^32 too low.
     const std::uint64_t last = whole(ack.ranges[i].last);
     const std::uint32_t more = ack.ranges[i].last - ack.ranges[i].first;
-    if (last >= next_ || next_ - last > kTurn / 2 || more > last) return result;
+    if (last >= above || next_ - last > kTurn / 2 || more > last) return result;
+    above = last - more;
   }
   result.valid = true;
   for (std::size_t i = 0; i < ack.count; ++i) {

@@ -92,7 +92,8 @@ class SentPackets {
   void sent(SentPacket& packet);
 
   struct AckResult {
-    bool valid = false;  // false: it acknowledges packets that were never sent
+    // False: it acknowledges packets that were never sent, or its ranges do not descend.
+    bool valid = false;
     bool any_new = false;
     std::uint64_t bytes_acked = 0;
     std::uint32_t packets_acked = 0;

@@ -131,6 +131,28 @@ TEST_F(SentPacketsTest, WhatWasNeverSentCannotBeAcknowledged) {
   EXPECT_FALSE(ack(t, 0, 0).any_new);
 }
 
+// Thirty-two ranges that are all the same cost as much as thirty-two datagrams.
+TEST_F(SentPacketsTest, RangesDescendWithoutOverlap) {
+  using Ranges = std::vector<PacketRange>;
+  const auto is_valid = [&](const Ranges& ranges) {
+    Ack frame{.count = static_cast<std::uint8_t>(ranges.size())};
+    std::ranges::copy(ranges, frame.ranges.begin());
+    return packets.on_ack(t, frame, rtt, *this).valid;
+  };
+  for (int i = 0; i < 10; ++i) send(t);
+  for (const Ranges& wrong : std::vector<Ranges>{{{5, 9}, {5, 9}},
+                                                 {{5, 9}, {3, 5}},
+                                                 {{5, 9}, {6, 7}},
+                                                 {{1, 2}, {5, 9}},
+                                                 {{8, 9}, {5, 6}, {6, 6}},
+                                                 {{0, 3}, {0, 0}}}) {
+    EXPECT_FALSE(is_valid(wrong));
+    EXPECT_TRUE(acked.empty());
+  }
+  EXPECT_TRUE(is_valid({{8, 9}, {5, 7}, {0, 2}}));
+  EXPECT_EQ(acked.size(), 8U);
+}
+
 TEST_F(SentPacketsTest, WhatIsForgottenIsNotAcknowledged) {
   for (int i = 0; i < 3; ++i) send(t);
   packets.forget_all(*this);
