@@ -81,7 +81,8 @@ class FleetTest : public testing::Test {
     [[nodiscard]] std::int64_t wall_ns() const override { return 0; }
     void send(const NetAddress&, std::span<const std::byte>) override {}
     void lost(core::ClientId, const Header&, core::Outcome) override {}
-    void shake_hands(Time, const NetAddress&, const Retry&, std::span<const std::byte>) override {}
+    void shake_hands(Time, const NetAddress&, const Retry&, std::span<const std::byte>,
+                     bool) override {}
     void changed() override {}
     Packing& packing() override { return compression; }
     bool take_packed(core::ClientId, core::Message&, PackingCounters&) override { return false; }
@@ -197,8 +198,17 @@ TEST_F(FleetTest, AnAcceptingLinkLooksOnlyForTheRouterItAccepted) {
   be(kOne, {.kind = LinkKind::kSub, .connects = false, .paths = kBoth});
   announce({kBase, kHost});
   EXPECT_TRUE(candidates().empty());
-  link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .identity = kHost}, 6, {});
+  EXPECT_TRUE(
+      link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .identity = kHost}, 6, {}));
   EXPECT_EQ(candidates(), Epochs{21});
+}
+
+TEST_F(FleetTest, ALinkWithKeysAcceptsNobodyWithoutThem) {
+  be(kOne, {.kind = LinkKind::kSub, .connects = false, .secure = true});
+  EXPECT_FALSE(
+      link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .identity = kHost}, 6, {}));
+  EXPECT_FALSE(link->is_up());
+  EXPECT_EQ(link->their_token(), 0U);
 }
 
 TEST_F(FleetTest, ADoubleHasOurSystemAndId) {

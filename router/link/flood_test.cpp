@@ -122,6 +122,38 @@ TEST_F(Flood, OfOtherDatagramsUsesNoMemory) {
   EXPECT_EQ(sender_.bytes, 16 * kForged / 10) << "a RESET for each DATA";
 }
 
+// One address that is proven, and one cookie: each datagram begins as if its sender began again.
+TEST_F(Flood, OfHandshakesWithOneCookieGivesTheHandshakerOneOfThem) {
+  struct BusyHandshaker final : Handshaker {
+    void begin(std::uint64_t, Side, std::span<const std::byte>) override { ++calls; }
+    void receive(std::uint64_t, std::span<const std::byte>) override { ++calls; }
+    void send(std::uint64_t, std::span<const std::byte>) override { ++calls; }
+    void end(std::uint64_t) override { ++calls; }
+    std::size_t calls = 0;
+  };
+  BusyHandshaker busy;
+  Links sealed(router_, pool_, memory_,
+               {.self = {.epoch = 1, .role = Role::kTop, .id = 1}, .handshaker = &busy});
+  sealed.set_sender(PathKind::kUdp, &sender_);
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  const auto give_sealed = [&](const auto& datagram) {
+    sealed.on_datagram(now_, address_of(0), std::span(bytes).first(encode(datagram, bytes)));
+    sealed.flush(now_);
+  };
+  give_sealed(SealedHello{5});
+  const auto retry = decode(sender_.last);
+  std::array<std::byte, 1> first{};
+  const Crypto crypto{.token = 5, .cookie = std::get<Retry>(*retry).cookie, .bytes = first};
+  give_sealed(crypto);
+  const std::size_t before = test::allocations();
+  for (std::uint64_t n = 1; n <= kForged; ++n) {
+    first[0] = static_cast<std::byte>(1 + n % 255);
+    give_sealed(crypto);
+  }
+  EXPECT_EQ(busy.calls, 2U) << "begin and receive";
+  EXPECT_EQ(test::allocations(), before);
+}
+
 // Of a version nobody knows: a REFUSE is the longest answer, and there are few of them.
 TEST_F(Flood, OfUnknownVersionsIsRefusedAFewTimes) {
   sender_.bytes = 0;

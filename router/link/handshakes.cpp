@@ -32,9 +32,9 @@ Handshakes::One& Handshakes::add(Time now, Side side, const NetAddress& address,
 }
 
 void Handshakes::connect(Time now, const NetAddress& to, const Retry& retry,
-                         std::span<const std::byte> who) {
+                         std::span<const std::byte> who, bool restarts) {
   if (One* old = calling(retry.echo)) {
-    if (goes_on(now, *old, to, retry)) return;
+    if (goes_on(now, *old, to, retry, restarts)) return;
     end(old->number);
   }
   const One& one = add(now, Side::kConnects, to, retry.echo, retry.cookie);
@@ -43,10 +43,11 @@ void Handshakes::connect(Time now, const NetAddress& to, const Retry& retry,
 
 // A router that has restarted gives other cookies and does not know the handshake; one that has
 // moved answers from elsewhere.
-bool Handshakes::goes_on(Time now, One& one, const NetAddress& to, const Retry& retry) {
+bool Handshakes::goes_on(Time now, One& one, const NetAddress& to, const Retry& retry,
+                         bool restarts) {
   const Duration silence = now - one.heard;
-  if (one.address != to) return silence < 2 * CryptoStream::kRepeatFirst;
-  if (one.cookie != retry.cookie) return silence < kRestartTime;
+  if (one.address != to) return silence < kBelievedAfter;
+  if (one.cookie != retry.cookie) return silence < (restarts ? kRestartTime : kBelievedAfter);
   if (silence >= CryptoStream::kRepeatFirst) {
     one.stream.repeat();
     flush(now, one);
@@ -61,6 +62,7 @@ bool Handshakes::accept(Time now, const NetAddress& from, const Crypto& first) {
   }
   ++counters_.accepted;
   One& one = add(now, Side::kAccepts, from, first.token, first.cookie);
+  one.waits_since = now;
   std::ranges::copy(first.bytes.first(std::min(kBeginning, first.bytes.size())),
                     one.beginning.begin());
   give(now, one, first);
@@ -139,6 +141,7 @@ bool Handshakes::on_crypto(Time now, const NetAddress& from, const Crypto& crypt
   if (one->side == Side::kAccepts && crypto.offset == 0) {
     const std::size_t known = std::min(kBeginning, crypto.bytes.size());
     if (!std::ranges::equal(crypto.bytes.first(known), std::span(one->beginning).first(known))) {
+      if (one->waits_since == kNever) return true;
       give_up(*one);
       return false;
     }
@@ -151,12 +154,17 @@ void Handshakes::give(Time now, One& one, const Crypto& crypto) {
   std::span<const std::byte> bytes;
   if (!one.stream.receive(crypto, bytes)) return;
   one.heard = now;
-  if (!bytes.empty()) {
-    take_turn(now, one);
-    handshaker_->receive(one.number, bytes);
-  }
+  one.behind.insert(one.behind.end(), bytes.begin(), bytes.end());
+  if (one.waits_since != kNever) pass_on(now, one);
   if (one.answer_sent && one.stream.is_acknowledged()) return end(one.number);
   flush(now, one);
+}
+
+// What comes in many small pieces is given to the handshaker in as few as it can take.
+void Handshakes::pass_on(Time now, One& one) {
+  if (one.behind.empty()) return;
+  take_turn(now, one);
+  handshaker_->receive(one.number, std::exchange(one.behind, {}));
 }
 
 void Handshakes::on_progress(Time now, HandshakeProgress&& progress) {
@@ -175,6 +183,7 @@ void Handshakes::on_progress(Time now, HandshakeProgress&& progress) {
     one = find(progress.handshake);
     if (one == nullptr) return;
   }
+  if (one->waits_since != kNever) pass_on(now, *one);
 }
 
 void Handshakes::answer(Time now, One& handshake, std::span<const std::byte> message) {

@@ -29,8 +29,11 @@ class Handshakes {
   static constexpr Duration kTimeMax = std::chrono::seconds(10);
   // Without a datagram of the other side, the connecting side begins again.
   static constexpr Duration kSilenceMax = std::chrono::seconds(3);
-  // A router that gives another cookie than before is believed to have restarted, when it has said
-  // nothing for so long: others, who see the HELLO, can forge its answer.
+  // A router that gives another cookie than before, or answers from elsewhere, is believed when it
+  // has said nothing for so long: others, who see the HELLO, can forge its answer, and a handshake
+  // that each such answer began anew would not succeed over a long round trip.
+  static constexpr Duration kBelievedAfter = 2 * CryptoStream::kRepeatFirst;
+  // Another cookie of one that is known to be restarting.
   static constexpr Duration kRestartTime = std::chrono::milliseconds(50);
   // When there are too many, one makes room whose other side has kept this router waiting for so
   // long in all; less when only the acknowledgement of the answer is missing.
@@ -52,6 +55,7 @@ class Handshakes {
     CryptoStream stream{};
     // How an accepted one began: TLS's random number is in it.
     std::array<std::byte, kBeginning> beginning{};
+    std::vector<std::byte> behind{};   // bytes of the other side, until its turn
     std::vector<std::byte> message{};  // of the verified other side
     Verified verified{};
     bool answered = false;  // this side has nothing more to say
@@ -80,12 +84,16 @@ class Handshakes {
   [[nodiscard]] bool are_possible() const { return handshaker_ != nullptr; }
 
   // `who` is sent inside. One with this token that is in progress goes on, at once if it waited; of
-  // several paths, the first that has answered is used.
-  void connect(Time now, const NetAddress& to, const Retry& retry, std::span<const std::byte> who);
+  // several paths, the first that has answered is used. `restarts`: the other router is known to do
+  // so just now.
+  void connect(Time now, const NetAddress& to, const Retry& retry, std::span<const std::byte> who,
+               bool restarts);
   // Returns false when there is no room.
   bool accept(Time now, const NetAddress& from, const Crypto& first);
   // Returns false when the datagram belongs to no handshake: also when the connecting side has
-  // begun again meanwhile, with the cookie that is still valid.
+  // begun again meanwhile, with the cookie that is still valid. While it is this side's turn, that
+  // is ignored until it is repeated: one handshaker works for all, and whoever has a cookie could
+  // give it work without end.
   bool on_crypto(Time now, const NetAddress& from, const Crypto& crypto);
   // That of an accepted one in progress. Its other side begins again when it gets another one.
   [[nodiscard]] std::optional<std::uint64_t> cookie_of(const NetAddress& from,
@@ -110,9 +118,10 @@ class Handshakes {
            std::uint64_t cookie);
   One* find(const NetAddress& from, const Crypto& crypto);
   One* calling(std::uint64_t token);
-  bool goes_on(Time now, One& one, const NetAddress& to, const Retry& retry);
+  bool goes_on(Time now, One& one, const NetAddress& to, const Retry& retry, bool restarts);
   One* find(std::uint64_t number);
   void give(Time now, One& one, const Crypto& crypto);
+  void pass_on(Time now, One& one);
   void flush(Time now, One& one);
   void fail(Time now, std::uint64_t number, std::string_view why);
   void end(std::uint64_t number);

@@ -16,12 +16,17 @@ class HandshakesTest : public testing::Test, public Handshaker, public Handshake
   // Handshaker
   void begin(std::uint64_t handshake, Side, std::span<const std::byte>) override {
     running[handshake] = 0;
+    ++calls;
   }
   void receive(std::uint64_t handshake, std::span<const std::byte> come) override {
     running[handshake] += come.size();
+    ++calls;
   }
   void send(std::uint64_t, std::span<const std::byte>) override {}
-  void end(std::uint64_t handshake) override { running.erase(handshake); }
+  void end(std::uint64_t handshake) override {
+    running.erase(handshake);
+    ++calls;
+  }
   // Handshakes::Observer
   void on_message(Time at, Handshakes::One& handshake) override {
     all.answer(at, handshake, bytes);
@@ -33,6 +38,9 @@ class HandshakesTest : public testing::Test, public Handshaker, public Handshake
     return {.token = token, .cookie = cookie, .bytes = bytes};
   }
 
+  // The handshaker has done what it was given.
+  void work(std::uint64_t handshake) { all.on_progress(now, {.handshake = handshake}); }
+
   // As many as there is room for, with the tokens from 1 on.
   void fill() {
     for (std::uint64_t n = 1; n <= Handshakes::kAcceptedMax; ++n)
@@ -42,6 +50,7 @@ class HandshakesTest : public testing::Test, public Handshaker, public Handshake
   Time now{100s};
   const std::array<std::byte, 3> bytes{};
   std::map<std::uint64_t, std::size_t> running;  // bytes received
+  std::size_t calls = 0;                         // work for the handshaker
   std::string failure;
   Handshakes all{this, *this};
 };
@@ -132,13 +141,32 @@ TEST_F(HandshakesTest, BelongToAddressTokenAndCookie) {
   EXPECT_FALSE(all.on_crypto(now, address_of(1), first(1, 6)));
   EXPECT_FALSE(all.on_crypto(now, address_of(1), first(2)));
   EXPECT_TRUE(all.on_crypto(now, address_of(1), next));
+  work(running.begin()->first);
   EXPECT_EQ(running.begin()->second, 6U);
+}
+
+// However small the pieces are in which the other side sends its bytes.
+TEST_F(HandshakesTest, BytesThatComeWhileTheHandshakerWorksAreGivenTogether) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
+  const std::size_t before = calls;
+  Crypto next = first(1);
+  next.bytes = next.bytes.first(1);
+  for (next.offset = 3; next.offset < 1000; ++next.offset)
+    EXPECT_TRUE(all.on_crypto(now, address_of(1), next));
+  EXPECT_EQ(calls, before);
+  work(running.begin()->first);
+  EXPECT_EQ(calls, before + 1);
+  EXPECT_EQ(running.begin()->second, 1000U);
+  work(running.begin()->first);
+  EXPECT_TRUE(all.on_crypto(now, address_of(1), next));
+  EXPECT_EQ(running.begin()->second, 1001U);
 }
 
 // The former one would take the new bytes for its own, and fail.
 TEST_F(HandshakesTest, WhoBeginsAgainWithTheSameCookieGetsANewOne) {
   EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
   EXPECT_TRUE(all.on_crypto(now, address_of(1), first(1))) << "repeated";
+  work(running.begin()->first);
   const std::array other{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
   const Crypto again{.token = 1, .cookie = 5, .bytes = other};
   EXPECT_FALSE(all.on_crypto(now, address_of(1), again));
@@ -149,16 +177,41 @@ TEST_F(HandshakesTest, WhoBeginsAgainWithTheSameCookieGetsANewOne) {
   EXPECT_EQ(running.begin()->second, 4U);
 }
 
+// With one cookie, a stranger could have the handshaker begin again and again.
+TEST_F(HandshakesTest, NoneBeginsAgainWhileTheHandshakerWorks) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
+  const std::size_t before = calls;
+  std::array<std::byte, 1> other{};
+  const Crypto again{.token = 1, .cookie = 5, .bytes = other};
+  for (std::size_t n = 1; n <= 1000; ++n) {
+    other[0] = static_cast<std::byte>(1 + n % 255);
+    EXPECT_TRUE(all.on_crypto(now, address_of(1), again));
+  }
+  EXPECT_EQ(calls, before);
+  work(running.begin()->first);
+  EXPECT_FALSE(all.on_crypto(now, address_of(1), again));
+  EXPECT_TRUE(all.accept(now, address_of(1), again));
+  EXPECT_EQ(running.size(), 1U);
+}
+
 TEST_F(HandshakesTest, ACallGoesOnUntilTheOtherSideHasBeenSilentForLong) {
   const auto number = [&] { return running.begin()->first; };
-  all.connect(now, address_of(1), {1, 5}, {});
-  const std::uint64_t one = number();
-  all.connect(now + 100ms, address_of(2), {1, 6}, {});
-  EXPECT_EQ(number(), one) << "another path has answered, too";
-  all.connect(now + 500ms, address_of(1), {1, 5}, {});
-  EXPECT_EQ(number(), one);
-  all.connect(now + 600ms, address_of(1), {1, 7}, {});
-  EXPECT_NE(number(), one) << "it has restarted";
+  const auto connect = [&](Duration after, std::uint8_t address, std::uint64_t cookie,
+                           bool restarts = false) {
+    all.connect(now + after, address_of(address), {1, cookie}, {}, restarts);
+    return number();
+  };
+  const std::uint64_t one = connect(0ms, 1, 5);
+  EXPECT_EQ(connect(100ms, 2, 6), one) << "another path has answered, too";
+  EXPECT_EQ(connect(500ms, 1, 5), one);
+  EXPECT_EQ(connect(599ms, 1, 7), one) << "whoever hears HELLO can forge that";
+  EXPECT_EQ(connect(599ms, 2, 7), one);
+  const std::uint64_t two = connect(600ms, 1, 7);
+  EXPECT_NE(two, one) << "it has restarted";
+  EXPECT_EQ(connect(649ms, 1, 8, true), two);
+  EXPECT_EQ(connect(650ms, 1, 7, true), two) << "the same cookie";
+  EXPECT_EQ(connect(650ms, 2, 8, true), two) << "from elsewhere";
+  EXPECT_NE(connect(650ms, 1, 8, true), two) << "it is known to restart";
   EXPECT_EQ(all.count(), 1U);
 }
 

@@ -137,7 +137,10 @@ void Link::on_retry(Time now, const NetAddress& from, const Retry& retry) {
   std::array<std::byte, kControlDatagramMax> bytes{};
   Hello again = hello();
   if (settings_.secure) {
-    return context_.shake_hands(now, from, retry, std::span(bytes).first(encode(again, bytes)));
+    // The other router has said so, under keys; or both are restarted at once.
+    const bool restarts = is_up() && (now < patient_until_ || session_.keys().are_locked());
+    return context_.shake_hands(now, from, retry, std::span(bytes).first(encode(again, bytes)),
+                                restarts);
   }
   again.cookie = retry.cookie;
   context_.send(from, std::span(bytes).first(encode(again, bytes)));
@@ -202,8 +205,10 @@ void Link::on_refuse(Time now, const NetAddress& from, const Refuse& refuse) {
                 .text = refusal_});
 }
 
-void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token,
+bool Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token,
                   Verified&& verified) {
+  const bool sealed = verified.sealer != nullptr;
+  if (sealed != settings_.secure) return false;
   if (is_up()) go_down(now, core::CloseReason::kReplaced, State::kSilent);
   forget_session(now, core::Outcome::kLinkReset);
   called_ = false;
@@ -211,13 +216,13 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   their_token_ = known_token_ = hello.token;
   keep_alive_ = settings_.keep_alive;
   their_keep_alive_ = hello.keep_alive;
-  const bool sealed = verified.sealer != nullptr;
   if (sealed) session_.keys().begin(now, std::move(verified.sealer));
   know(hello.identity, std::move(verified.peer));
   codecs_ = hello.codecs;
   paths_.begin(now, from);
   // WELCOME is still being sealed. The other side cannot open anything before it.
   sealed && !settings_.connects ? enter(now, State::kSilent) : come_up(now);
+  return true;
 }
 
 // A handshake passes in both directions. A HELLO may come from anywhere: it is answered, and asked.

@@ -70,9 +70,10 @@ class LinkContext : public core::Interface {
   virtual bool take_packed(core::ClientId link, core::Message& message,
                            PackingCounters& counters) = 0;
   // Begins a handshake with the router that has sent this RETRY, and sends WHO in it. HELLOs go on
-  // meanwhile; one that is answered shows that a handshake in progress can go on.
+  // meanwhile; one that is answered shows that a handshake in progress can go on. `restarts`:
+  // another cookie than before is to be expected.
   virtual void shake_hands(Time now, const NetAddress& to, const Retry& retry,
-                           std::span<const std::byte> who) = 0;
+                           std::span<const std::byte> who, bool restarts) = 0;
   // A link went up or down: the choice of the super router must be checked.
   virtual void changed() = 0;
   // The lists of the fleet (list_exchange.h): a sealed link came up, has brought a message (false:
@@ -108,8 +109,9 @@ class Link final : private ArrivalObserver, private LossObserver {
   void on_refuse(Time now, const NetAddress& from, const Refuse& refuse);
 
   // --- the side that accepts. The source address of the HELLO has been verified.
-  void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token,
-              Verified&& verified);
+  // False, and nothing has changed: only one of both, the settings and the caller, has keys.
+  [[nodiscard]] bool accept(Time now, const NetAddress& from, const Hello& hello,
+                            std::uint64_t our_token, Verified&& verified);
   // The session continues, with the keep-alive intervals that both sides now state, and with new
   // keys if there are any. Returns their generation.
   std::uint8_t resume(Time now, const NetAddress& from, const Hello& hello, Verified&& verified);

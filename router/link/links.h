@@ -187,8 +187,8 @@ class Links final : public core::Port,
                                     std::uint32_t size) const;
 
   void shake_hands(Time now, const NetAddress& to, const Retry& retry,
-                   std::span<const std::byte> who) override {
-    reception_.shake_hands(now, to, retry, who);
+                   std::span<const std::byte> who, bool restarts) override {
+    reception_.shake_hands(now, to, retry, who, restarts);
   }
 
   void begin_lists(Time now, const Link& link) override;

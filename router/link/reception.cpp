@@ -75,10 +75,13 @@ void Reception::on_crypto(Time now, const NetAddress& from, const Crypto& crypto
 // --- handshakes
 
 void Reception::on_message(Time now, Handshakes::One& handshake) {
+  // The other side sends one message; what it has proven is used once.
+  if (handshake.answered || handshake.verified.sealer == nullptr) return;
   if (!is_believed(now, handshake)) return;
   if (handshake.side == Handshaker::Side::kAccepts) return on_who(now, handshake);
   if (const auto datagram = decode(handshake.message)) {
-    if (const auto* welcome = std::get_if<Welcome>(&*datagram))
+    const auto* welcome = std::get_if<Welcome>(&*datagram);
+    if (welcome != nullptr && welcome->echo == handshake.token)
       house_.on_welcome(now, handshake.address, *welcome, &handshake);
     const auto* refuse = std::get_if<Refuse>(&*datagram);
     if (refuse != nullptr && refuse->echo == handshake.token)
@@ -167,8 +170,8 @@ const LinkSettings* Reception::settings_for(Time now, const Caller& caller, cons
   const bool may_be_called =
       refusal.code == RefuseCode::kNotConfigured && from.kind == PathKind::kDds;
   if (settings == nullptr && may_be_called && !house_.is_announced(from)) return nullptr;
-  if (settings != nullptr &&
-      (link == nullptr || !link->is_up() || link->settings().secure == settings->secure))
+  // A session with keys goes on with keys, or ends first, however long it has been silent.
+  if (settings != nullptr && (link == nullptr || link->settings().secure == settings->secure))
     return settings;
   if (settings != nullptr)
     refusal = admission_.refusal(hello, RefuseCode::kDuplicateId,
@@ -204,7 +207,8 @@ Reception::Verdict Reception::judge(Time now, const Caller& caller, const Hello&
 
 void Reception::take(Time now, const Caller& caller, const Hello& hello, Link& link) {
   admission_.forget_rivals(hello.identity);
-  link.accept(now, caller.address, hello, house_.random() | 1, taken_from(caller.handshake));
+  if (!link.accept(now, caller.address, hello, house_.random() | 1, taken_from(caller.handshake)))
+    return;
   house_.was_taken(link);
   welcome(now, caller, hello, link, std::nullopt);
 }

@@ -58,8 +58,8 @@ class Reception final : private Handshakes::Observer {
   // --- handshakes
   [[nodiscard]] bool has_keys() const { return handshakes_.are_possible(); }
   void shake_hands(Time now, const NetAddress& to, const Retry& retry,
-                   std::span<const std::byte> who) {
-    handshakes_.connect(now, to, retry, who);
+                   std::span<const std::byte> who, bool restarts) {
+    handshakes_.connect(now, to, retry, who, restarts);
   }
   void on_progress(Time now, HandshakeProgress&& progress) {
     handshakes_.on_progress(now, std::move(progress));

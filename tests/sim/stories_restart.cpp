@@ -195,6 +195,20 @@ TEST(Upgrade, ARestartWhileProgramsAreAwaitedPassesEverythingOn) {
   }
 }
 
+// The other router knows of the first restart, so it believes another cookie soon.
+TEST(Upgrade, ARestartDuringAHandshakeDelaysNothing) {
+  Restart s(true);
+  bool shakes_hands = false;
+  s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
+    shakes_hands |= &from == s.robot && to == s.base->address() && bytes[0] == std::byte{7};
+    return false;
+  };
+  s.restart(*s.base, 5ms);
+  ASSERT_TRUE(s.run_until([&] { return shakes_hands; }, 1s));
+  s.restart(*s.base, 5ms);
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.host, s.camera, kCamera, 400ms));
+}
+
 // A mailbox whose program has not come back is withdrawn at once, the others are not.
 TEST(Upgrade, WhoDoesNotComeBackIsWithdrawn) {
   Restart s(false);

@@ -215,6 +215,7 @@ TEST(SealedLinks, NothingForgedEndsASession) {
   s.begin();
   s.run_for(1s);
   const std::size_t events = s.events();
+  const std::size_t events_of_robot = s.robot->events.size();
   const link::Link& link = s.link(*s.robot, "base");
   const NetAddress& base = s.base->address();
   const NetAddress& robot = s.robot->address();
@@ -238,9 +239,55 @@ TEST(SealedLinks, NothingForgedEndsASession) {
     s.run_for(100ms);
   }
   for (const core::Event& event : s.base->events) EXPECT_NE(event.kind, core::EventKind::kLinkDown);
-  EXPECT_EQ(s.robot->events.size(), s.robot->events.size());
+  EXPECT_EQ(s.robot->events.size(), events_of_robot);
   EXPECT_LE(s.events(), events + 1) << "the plain HELLO is refused, and that is logged";
   EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+// Whoever hears a HELLO can forge answers to it, sooner and more often than the base gives one.
+TEST(SealedLinks, AListenerDoesNotKeepOutARobotThatIsFarAway) {
+  Sealed s;
+  s.set_faults({.delay = 100ms});
+  std::uint64_t token = 0;
+  s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
+    if (&from != s.robot || to != s.base->address() || bytes[0] != std::byte{2}) return false;
+    Bytes copy(bytes.begin(), bytes.end());
+    const auto datagram = link::decode(copy);
+    if (const auto* hello = std::get_if<link::SealedHello>(&*datagram)) token = hello->token;
+    return false;
+  };
+  s.base->start(s.now());
+  s.robot->start(s.now());
+  std::uint64_t forged = 0;
+  const auto is_up = [&] { return Story::links_up(*s.base) == 1; };
+  while (!s.run_until(is_up, 90ms) && forged < 300)
+    s.forge(s.base->address(), s.robot->address(), link::Retry{token, ++forged});
+  EXPECT_TRUE(is_up());
+  EXPECT_GT(forged, 0U);
+}
+
+// Clocks of boards without a battery, and of receivers that find out what time it is.
+TEST(SealedLinks, StayWhateverTheClocksSay) {
+  constexpr Duration kSince1970 = 1'700'000'000s;
+  constexpr Duration kUntil2106 = (std::int64_t{1} << 32) * 1s - kSince1970;
+  Sealed s;
+  s.robot->jump_wall(-kSince1970);
+  s.other->jump_wall(kUntil2106 + 1s);
+  s.begin();
+  const std::size_t events = s.events();
+  for (const Duration step : {kSince1970 + kUntil2106, -kUntil2106, Duration(-1s), Duration(48h)}) {
+    for (int n = 0; n < 30; ++n) {
+      s.robot->jump_wall(n % 2 == 0 ? step : -step);
+      s.base->jump_wall(n % 3 == 0 ? -step : step / 2);
+      s.run_for(100ms);
+    }
+    EXPECT_TRUE(s.gui_reaches_camera());
+    EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.other, s.chassis, kChassis));
+  }
+  s.run_for(1h + 1min);
+  EXPECT_EQ(s.link(*s.base, "robot").keys().generation(), 1) << "their age is no time of day";
+  EXPECT_TRUE(s.gui_reaches_camera());
+  EXPECT_EQ(s.events(), events);
 }
 
 // New keys every hour, without a gap.
@@ -333,6 +380,49 @@ TEST(SealedAdmission, RefusesOtherFleetsAndImpostorsOfTheBase) {
   Pair pair(keys(1, core::Role::kSystem, 9), keys(1, core::Role::kSystem, 3));
   EXPECT_EQ(Story::links_up(*pair.robot), 0U);
   EXPECT_NE(refusal_at(*pair.robot).find("its certificate is for system 9/1"), std::string::npos);
+}
+
+// Where robots without keys are admitted as well: a silent link with keys is none of theirs.
+TEST(SealedAdmission, WhoHasNoKeysDoesNotTakeTheLinkOfASilentRobot) {
+  Pair pair(kBaseKeys, keys(1, core::Role::kSystem, 3));
+  ASSERT_TRUE(pair.is_up());
+  std::vector<link::LinkSettings> settings{pair.base->setup().links.front(), sub_link(3)};
+  pair.base->links().configure(pair.now(), settings);
+  const link::Link* link = pair.base->links().link(0);
+  const std::uint64_t token = link->their_token();
+  pair.cut("base", "robot");
+  pair.run_for(3s);
+  ASSERT_EQ(link->state(), link::Link::State::kSilent);
+  link::Hello hello{
+      .kind = core::LinkKind::kSuper, .keep_alive = 300ms, .identity = pair.robot->links().self()};
+  std::size_t refused = 0;
+  const auto send = [&] {
+    std::array<std::byte, link::kDatagramBase> bytes{};
+    pair.inject(address_of(900), pair.base->address(),
+                std::span(bytes).first(link::encode(hello, bytes)));
+    pair.run_for(1ms);
+  };
+  pair.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
+    if (&from != pair.base || to != address_of(900)) return false;
+    Bytes copy(bytes.begin(), bytes.end());
+    const auto datagram = link::decode(copy);
+    if (const auto* retry = std::get_if<link::Retry>(&*datagram)) hello.cookie = retry->cookie;
+    refused += std::holds_alternative<link::Refuse>(*datagram) ? 1U : 0U;
+    EXPECT_FALSE(std::holds_alternative<link::Welcome>(*datagram));
+    return true;
+  };
+  for (const std::uint64_t other : {token, std::uint64_t{4711}}) {
+    hello.token = other;
+    hello.cookie = 0;
+    send();
+    send();
+  }
+  EXPECT_EQ(refused, 2U);
+  EXPECT_TRUE(link->keys().are_used());
+  EXPECT_EQ(link->their_token(), token);
+  pair.cut("base", "robot", false);
+  EXPECT_TRUE(pair.run_until([&] { return pair.is_up(); }, 2s));
+  EXPECT_EQ(link->their_token(), token) << "its session goes on";
 }
 
 // --- strangers

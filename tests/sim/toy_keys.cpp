@@ -14,6 +14,7 @@ using link::ByteWriter;
 enum class Record : std::uint8_t { kRandom = 1, kName = 2, kMessage = 3 };
 // As long as the flights of TLS.
 constexpr std::size_t kFlight = 700;
+constexpr std::size_t kProofSize = 8;  // of a message
 constexpr std::uint64_t kFromConnecting = 1;
 constexpr std::uint64_t kFromAccepting = 2;
 
@@ -178,9 +179,22 @@ bool ToyHandshaker::on_name(One& one, std::span<const std::byte> record,
   const core::SipKey accepting = secret(one, 4);
   progress.verified.sealer = accepts ? std::make_unique<ToySealer>(accepting, connecting)
                                      : std::make_unique<ToySealer>(connecting, accepting);
-  for (const auto& message : one.waiting) put_record(progress.to_send, Record::kMessage, message);
-  one.waiting.clear();
+  for (auto& message : std::exchange(one.waiting, {}))
+    put_message(one, std::move(message), progress);
   return true;
+}
+
+std::uint64_t ToyHandshaker::proof(const One& one, bool of_connecting,
+                                   std::span<const std::byte> message) const {
+  return hash(secret(one, of_connecting ? 5 : 6), 0, message);
+}
+
+void ToyHandshaker::put_message(const One& one, std::vector<std::byte> message,
+                                link::HandshakeProgress& progress) const {
+  std::array<std::byte, kProofSize> bytes{};
+  ByteWriter(bytes).put(proof(one, one.side == Side::kConnects, message));
+  message.insert(message.end(), bytes.begin(), bytes.end());
+  put_record(progress.to_send, Record::kMessage, message);
 }
 
 bool ToyHandshaker::on_record(One& one, std::span<const std::byte> record,
@@ -195,8 +209,12 @@ bool ToyHandshaker::on_record(One& one, std::span<const std::byte> record,
   }
   if (kind == Record::kName && !one.verified && body.size() == kFlight)
     return on_name(one, body, progress);
-  if (kind != Record::kMessage || !one.verified) return false;
-  progress.messages.emplace_back(body.begin(), body.end());
+  if (kind != Record::kMessage || !one.verified || body.size() < kProofSize) return false;
+  const auto message = body.first(body.size() - kProofSize);
+  if (ByteReader(body.last(kProofSize)).get<std::uint64_t>() !=
+      proof(one, one.side == Side::kAccepts, message))
+    return false;
+  progress.messages.emplace_back(message.begin(), message.end());
   return true;
 }
 
@@ -228,7 +246,7 @@ void ToyHandshaker::send(std::uint64_t handshake, std::span<const std::byte> mes
     return;
   }
   link::HandshakeProgress progress{.handshake = handshake};
-  put_record(progress.to_send, Record::kMessage, bytes);
+  put_message(found->second, std::move(bytes), progress);
   report_(std::move(progress));
 }
 

@@ -90,6 +90,10 @@ class ToyHandshaker final : public link::Handshaker {
   bool on_record(One& one, std::span<const std::byte> record, link::HandshakeProgress& progress);
   bool on_name(One& one, std::span<const std::byte> record, link::HandshakeProgress& progress);
   void put_name(const One& one, link::HandshakeProgress& progress) const;
+  void put_message(const One& one, std::vector<std::byte> message,
+                   link::HandshakeProgress& progress) const;
+  [[nodiscard]] std::uint64_t proof(const One& one, bool of_connecting,
+                                    std::span<const std::byte> message) const;
   [[nodiscard]] core::SipKey secret(const One& one, std::uint64_t purpose) const;
 
   ToyKeys keys_;
