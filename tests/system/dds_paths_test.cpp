@@ -2,6 +2,7 @@
 #include <csignal>
 #include <fstream>
 
+#include "router/link/datagram.h"
 #include "tests/system/dds_fixture.h"
 #include "tests/system/rtps_storm.h"
 #include "tests/system/traffic.h"
@@ -81,18 +82,46 @@ TEST_F(DdsPaths, TheProcessOfDdsIsKilled) {
   EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
 }
 
-// Whatever the library makes of it, also if its process ends: the link goes on over UDP.
+// The user data of a router of this fleet that does not exist.
+std::vector<std::byte> of_a_ghost() {
+  return link::encode(
+      link::Announcement{.fleet = std::string_view("test" + std::to_string(::getpid())),
+                         .identity = {.epoch = 99,
+                                      .role = core::Role::kTop,
+                                      .id = 9,
+                                      .name = std::string_view("ghost"),
+                                      .message_max = 1U << 20},
+                         .udp = {link::NetAddress::v4(10, 78, 0, 9, 2010)}});
+}
+
+// The number of a router in DDS, as another one knows it: 24 hexadecimal digits.
+std::string dds_number_of(const Host& host, const std::string& name) {
+  const auto routers = boost::json::parse(host.timsctl({"fleet", "show", "--json"}));
+  for (const auto& router : routers.at("items").as_array())
+    if (router.at("name").as_string() == name)
+      return std::string(router.at("dds").as_string()).substr(std::string("dds:").size());
+  ADD_FAILURE() << name << " is not announced";
+  return {};
+}
+
+// Whatever the library makes of it, also if its process ends: the link, which DDS carries, goes on,
+// by whichever path.
 TEST_F(DdsPaths, AStormOfForgedDatagramsEndsNothing) {
-  start();
+  start("dds+udp");
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
   EXPECT_TRUE(all_paths_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*robot_, "base"));
+  RtpsStorm to_base(of_a_ghost(), dds_number_of(*base_, "robot"));
+  RtpsStorm to_robot(of_a_ghost(), dds_number_of(*robot_, "base"));
   Traffic traffic(*base_, *robot_);
+  EXPECT_TRUE(traffic.goes_on());
   for (int round = 0; round < 5; ++round) {
-    RtpsStorm::send(TwoNetworks::kLeft, 200);
-    RtpsStorm::send(TwoNetworks::kRight, 200);
+    to_base.send(TwoNetworks::kLeft, 200);
+    to_robot.send(TwoNetworks::kRight, 200);
     EXPECT_TRUE(traffic.goes_on());
   }
-  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
-  EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
+  EXPECT_THAT(base_->timsctl({"fleet", "show"}), HasSubstr("ghost")) << "it got past the filter";
   traffic.expect_all();
   EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
 }
