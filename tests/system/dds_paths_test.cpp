@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "router/link/datagram.h"
+#include "tests/support/fleet_keys.h"
 #include "tests/system/dds_fixture.h"
 #include "tests/system/rtps_storm.h"
 #include "tests/system/traffic.h"
@@ -124,6 +125,35 @@ TEST_F(DdsPaths, AStormOfForgedDatagramsEndsNothing) {
   EXPECT_THAT(base_->timsctl({"fleet", "show"}), HasSubstr("ghost")) << "it got past the filter";
   traffic.expect_all();
   EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
+}
+
+// With keys, DDS leaves the host where that is wished, and its links are sealed as over UDP.
+TEST_F(DdsPaths, ALinkWithKeysIsSealedOverDdsToo) {
+  FleetKeys keys;
+  const auto host = [](const std::string& name, const std::string& role, int system,
+                       const std::string& link, const std::string& its_keys) {
+    auto made = std::make_unique<Host>(
+        name, role, system, 1, std::vector{link + ",paths=dds"},
+        std::vector<std::string>{"fleet.name=test" + std::to_string(::getpid()),
+                                 "dds.beyond_host=true", its_keys});
+    made->listen_at("0.0.0.0:2010");
+    return made;
+  };
+  base_ = host("base", "top", 0, "kind=sub", keys.base());
+  base_->start();
+  robot_ = host("robot", "system", 1, "kind=super,to=auto",
+                keys.join("robot", security::MemberRole::kSystem, 1, 1));
+  networks_->on_the_right([this] { robot_->start(); });
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+  for (const auto& link : {link_of(*base_, "robot"), link_of(*robot_, "base")}) {
+    ASSERT_FALSE(link.is_null());
+    EXPECT_TRUE(link.at("secure").as_bool()) << link;
+  }
+  Traffic traffic(*base_, *robot_);
+  EXPECT_TRUE(traffic.goes_on());
+  traffic.expect_all();
+  EXPECT_THAT(base_->timsctl({"doctor"}), HasSubstr("DDS is open to the network"));
 }
 
 // What a fault in the library could reach.
