@@ -168,7 +168,7 @@ class LoginPolicy : public testing::Test {
 
 // A stolen robot on the path to the base gets neither commands nor logins of operators.
 TEST_F(LoginPolicy, ARobotDoesNotAnswerForTheBase) {
-  Host robot("robot3", "system", 3, 1, {},
+  Host robot("robot3", "system", 3, 1, {"kind=sub"},
              {robot_keys(3), std::string("tcp.listen=") + kAddress + ":2001"});
   robot.start();
   EXPECT_THAT(login(dora_, "2001"),
