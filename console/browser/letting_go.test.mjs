@@ -65,11 +65,14 @@ test('it stands when its page is hidden', async () => {
   await watched.close();
 });
 
-// A gamepad that the test holds.
+// A gamepad that the test holds. `looks`: how often the page has looked at it.
 const playedGamepad = () => {
   const played = { index: 0, connected: true, axes: [0, 0, 0, 0], buttons: [] };
-  Object.assign(globalThis, { played });
-  navigator.getGamepads = () => [null, played];
+  Object.assign(globalThis, { played, looks: 0 });
+  navigator.getGamepads = () => {
+    globalThis.looks += 1;
+    return [null, played];
+  };
 };
 
 test('a gamepad that is held stops by Space and when the page loses the focus; it must rest before it drives again', async () => {
@@ -78,6 +81,8 @@ test('a gamepad that is held stops by Space and when the page loses the focus; i
   const hold = (deflection) => page.evaluate((forward) => (globalThis.played.axes[1] = -forward), deflection);
   const holdAnew = async () => {
     await hold(0);
+    const looks = await page.evaluate(() => globalThis.looks);
+    await page.waitForFunction((before) => globalThis.looks > before, looks); // it has seen the rest
     await atRest(page);
     await hold(1);
     await speed.drives();
