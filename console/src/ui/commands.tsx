@@ -9,7 +9,7 @@ import { type Component, shortName } from '../model/fleet';
 import { FieldTable } from '../views/fields_view';
 import { useAttempt } from './attempt';
 import { needs } from './needs';
-import { numberIn } from './number_text';
+import { numberIn } from './quantities';
 import { RawCommand } from './raw_command';
 
 const commandTime = 20000; // ms; a device may take its time

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { degrees, fixed, heading, metres, utcText } from './quantities';
+import { degrees, fixed, heading, metres, numberIn, utcText } from './quantities';
 
 test('what is rounded to zero has no sign', () => {
   assert.equal(metres(-4), '0.00 m');
@@ -18,4 +18,16 @@ test('a direction is within one turn', () => {
 test('a time that is none is said to be none', () => {
   assert.equal(utcText(1_764_252_181n), '2025-11-27 14:03:01');
   assert.equal(utcText(0x7fff_ffff_ffff_ffffn), 'no time');
+});
+
+test('a number has a point or a comma', () => {
+  assert.equal(numberIn('1.5'), 1.5);
+  assert.equal(numberIn('1,5'), 1.5);
+  assert.equal(numberIn(' -7 '), -7);
+  assert.equal(numberIn('0x07180000'), 0x07180000);
+});
+
+test('nothing, words, two commas, and what is not finite are none', () => {
+  for (const text of ['', ' ', 'fast', '1,000,000', '1.5.2', 'NaN', 'Infinity', '1e999', '5 m'])
+    assert.equal(numberIn(text), undefined, text);
 });

@@ -1,4 +1,4 @@
-// Numbers for people, with their units.
+// Numbers for people, with their units; and as people type them.
 
 export function duration(seconds: number | null | undefined): string {
   if (seconds == null) return '';
@@ -59,4 +59,10 @@ export function heading(radians: number): string {
 // Without the sign of what is rounded to zero.
 export function fixed(value: number, digits: number): string {
   return (Math.round(value * 10 ** digits) / 10 ** digits + 0).toFixed(digits);
+}
+
+// With a point or a comma. Undefined: it is no finite number.
+export function numberIn(text: string): number | undefined {
+  const number = Number(text.replace(',', '.'));
+  return text.trim() !== '' && Number.isFinite(number) ? number : undefined;
 }

@@ -4,7 +4,7 @@ import type { Signal } from '@preact/signals';
 import { type ComponentChildren, Fragment } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
 import { type Deed, needs } from '../ui/needs';
-import { numberIn } from '../ui/number_text';
+import { numberIn } from '../ui/quantities';
 
 export function Values({ of }: { of: Record<string, string> }) {
   return (
