@@ -12,10 +12,10 @@
 
 #include "os/clock.h"
 #include "os/socket.h"
-#include "router/io/tcp_path.h"
+#include "router/core/router_fixture.h"
+#include "router/io/tcp_path_fixture.h"
 #include "router/io/tcp_port.h"
 #include "router/link/links.h"
-#include "tests/support/eventually.h"
 #include "tests/support/tcp_client.h"
 #include "wire/tcp_protocol.h"
 
@@ -29,18 +29,6 @@ constexpr std::uint32_t kPartsBytes = 1 << 20;
 constexpr Address kGui{0x00020000};
 constexpr Address kLadar{0x01140000};
 
-// Of a host without anything else.
-struct Quiet final : core::Port, core::RouterHooks {
-  core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
-    return core::Outcome::kDelivered;
-  }
-  void reply(Time, const core::Receiver&, const Header&) override {}
-  void close(const core::Receiver&, core::CloseReason) override {}
-  void admin(Time, core::ClientId, const core::Message&) override {}
-  void traced(core::ClientId, core::ClientId, const core::Message&) override {}
-  void event(const core::Event&) override {}
-};
-
 // A router with one link.
 struct Side {
   Side(const link::Identity& self, const link::LinkSettings& link)
@@ -51,7 +39,7 @@ struct Side {
     links.configure(os::now(), {&link, 1});
   }
 
-  Quiet hooks;
+  core::test::RecordingSink hooks;
   core::Router router;
   Bytes blocks = Bytes(kPartsBytes);
   Bytes parts = Bytes(4 * kPartsBytes);
@@ -97,16 +85,10 @@ class Robot final : private link::DatagramSender {
   }
   // A message in a datagram of its own, at the end of the stream.
   void send(std::uint8_t number) {
-    Bytes bytes = body(number);
-    bytes.insert(bytes.begin(), kHeaderSize, std::byte{0});
-    core::Message message{.header = {.type = 3,
-                                     .priority = 10,
-                                     .seq_nr = number,
-                                     .dest = kGui,
-                                     .src = kLadar,
-                                     .length = static_cast<std::uint32_t>(bytes.size())},
-                          .bytes = bytes};
-    wire::encode_header(message.header, std::span(bytes).first<kHeaderSize>());
+    Header header{.type = 3, .priority = 10, .seq_nr = number, .dest = kGui, .src = kLadar};
+    header.length = static_cast<std::uint32_t>(kHeaderSize + body(number).size());
+    Bytes bytes = core::test::encoded(header, body(number));
+    core::Message message{.header = header, .bytes = bytes};
     EXPECT_TRUE(core::taken(side_.router.on_message(os::now(), ladar_, message)));
     side_.links.flush(os::now());
   }
@@ -160,23 +142,15 @@ class TcpLink : public testing::Test, private TcpPath::Listener {
     gui_->set_byte_order(std::endian::big);
     constexpr std::array kBody{std::byte{0}, std::byte{2}, std::byte{0}, std::byte{0}};  // kGui
     EXPECT_TRUE(gui_->send({.type = wire::router_command::kMailboxInit}, kBody));
-    EXPECT_TRUE(
-        comes_true([&] { return base_.router.find(kGui) != nullptr; }, "the GUI is registered"));
+    EXPECT_TRUE(comes_true(
+        loop_, [&] { return base_.router.find(kGui) != nullptr; }, "the GUI is registered"));
     robot_.emplace(link::NetAddress::v4(127, 0, 0, 1, links->port));
-    EXPECT_TRUE(comes_true([&] { return robot_->connects(); }, "the robot is linked"));
+    EXPECT_TRUE(comes_true(
+        loop_, [&] { return robot_->connects(); }, "the robot is linked"));
     // What the link says for itself is not to stand between the messages.
     read_all();
   }
 
-  template <typename Condition>
-  testing::AssertionResult comes_true(Condition condition, const char* what) {
-    return test::eventually(
-        [&] {
-          loop_.run_once(os::now() + 1ms);
-          return condition();
-        },
-        what);
-  }
   void read_all() {
     robot_->write(robot_->waiting());
     while (reads_ > 0) {
@@ -188,7 +162,8 @@ class TcpLink : public testing::Test, private TcpPath::Listener {
   void write(std::size_t size) {
     reads_ = 0;
     robot_->write(size);
-    EXPECT_TRUE(comes_true([&] { return reads_ == 1; }, "the base reads"));
+    EXPECT_TRUE(comes_true(
+        loop_, [&] { return reads_ == 1; }, "the base reads"));
   }
   void expect_message(std::uint8_t number) {
     const auto message = gui_->receive();

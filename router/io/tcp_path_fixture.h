@@ -1,4 +1,4 @@
-// For tests: one router's end of the path over TCP, on loopback, and what arrived there.
+// For tests: the path over TCP, on loopback: one router's end, and what arrived there.
 #pragma once
 
 #include <set>
@@ -9,8 +9,20 @@
 #include "os/clock.h"
 #include "router/io/net/addresses.h"
 #include "router/io/tcp_path.h"
+#include "tests/support/eventually.h"
 
 namespace tims::io {
+
+// Runs the loop until it is so.
+template <typename Condition>
+testing::AssertionResult comes_true(Loop& loop, Condition condition, const char* what) {
+  return test::eventually(
+      [&] {
+        loop.run_once(os::now() + std::chrono::milliseconds(1));
+        return condition();
+      },
+      what);
+}
 
 class TcpHost : public TcpPath::Listener {
  public:

@@ -86,7 +86,7 @@ bool Handshakes::make_room(Time now) {
   if (accepted_now() < kAcceptedMax) return true;
   const auto yields = [&](const auto& entry) {
     const One& one = entry.second;
-    if (one.side != Side::kAccepts || one.waits_since == kNever) return false;
+    if (one.side != Side::kAccepts || one.is_our_turn()) return false;
     const Duration waited = one.waited + (now - one.waits_since);
     return waited >= (one.answer_sent ? kAnsweredYieldsAfter : kYieldsAfter);
   };
@@ -98,7 +98,7 @@ bool Handshakes::make_room(Time now) {
 
 // It is this side's turn.
 void Handshakes::take_turn(Time now, One& one) {
-  if (one.waits_since != kNever) one.waited += now - one.waits_since;
+  if (!one.is_our_turn()) one.waited += now - one.waits_since;
   one.waits_since = kNever;
 }
 
@@ -141,7 +141,7 @@ bool Handshakes::on_crypto(Time now, const NetAddress& from, const Crypto& crypt
   if (one->side == Side::kAccepts && crypto.offset == 0) {
     const std::size_t known = std::min(kBeginning, crypto.bytes.size());
     if (!std::ranges::equal(crypto.bytes.first(known), std::span(one->beginning).first(known))) {
-      if (one->waits_since == kNever) return true;
+      if (one->is_our_turn()) return true;
       give_up(*one);
       return false;
     }
@@ -155,14 +155,14 @@ void Handshakes::give(Time now, One& one, const Crypto& crypto) {
   if (!one.stream.receive(crypto, bytes)) return;
   one.heard = now;
   one.behind.insert(one.behind.end(), bytes.begin(), bytes.end());
-  if (one.waits_since != kNever) pass_on(now, one);
+  pass_on(now, one);
   if (one.answer_sent && one.stream.is_acknowledged()) return end(one.number);
   flush(now, one);
 }
 
 // What comes in many small pieces is given to the handshaker in as few as it can take.
 void Handshakes::pass_on(Time now, One& one) {
-  if (one.behind.empty()) return;
+  if (one.is_our_turn() || one.behind.empty()) return;
   take_turn(now, one);
   handshaker_->receive(one.number, std::exchange(one.behind, {}));
 }
@@ -183,7 +183,7 @@ void Handshakes::on_progress(Time now, HandshakeProgress&& progress) {
     one = find(progress.handshake);
     if (one == nullptr) return;
   }
-  if (one->waits_since != kNever) pass_on(now, *one);
+  pass_on(now, *one);
 }
 
 void Handshakes::answer(Time now, One& handshake, std::span<const std::byte> message) {

@@ -60,6 +60,7 @@ class Handshakes {
     Verified verified{};
     bool answered = false;  // this side has nothing more to say
     bool answer_sent = false;
+    [[nodiscard]] bool is_our_turn() const { return waits_since == kNever; }
   };
   // Of those that this side has accepted, since its start.
   struct Counters {

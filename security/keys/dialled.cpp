@@ -22,20 +22,15 @@ std::string address_of(const std::string& host) {
   return {};
 }
 
-bool is_same_name(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
-
 bool is_same_host(const std::string& a, const std::string& b) {
   const std::string address = address_of(a);
-  return address.empty() ? is_same_name(a, b) : address == address_of(b);
+  return address.empty() ? base::lower(a) == base::lower(b) : address == address_of(b);
 }
 
 bool is_loopback(const std::string& host) {
   constexpr std::array<char, 16> kLoopback6{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   const std::string address = address_of(host);
-  if (address.empty()) return is_same_name(host, "localhost");
+  if (address.empty()) return base::lower(host) == "localhost";
   return address.size() == 4 ? address.front() == 127 : std::ranges::equal(address, kLoopback6);
 }
 
