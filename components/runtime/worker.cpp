@@ -34,6 +34,7 @@ std::vector<tims::Header> Worker::stop() {
   changed_.notify_one();
   thread_.reset();
   std::vector<tims::Header> left;
+  left.reserve(given_up.size());
   for (const Command& command : given_up) left.push_back(command.request);
   return left;
 }

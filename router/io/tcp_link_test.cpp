@@ -25,7 +25,7 @@ namespace tcp_link_test {
 using namespace std::chrono_literals;
 using Bytes = std::vector<std::byte>;
 
-constexpr std::uint32_t kPartsBytes = 1 << 20;
+constexpr std::size_t kPartsBytes = 1 << 20;
 constexpr Address kGui{0x00020000};
 constexpr Address kLadar{0x01140000};
 
@@ -95,7 +95,7 @@ class Robot final : private link::DatagramSender {
   static Bytes body(std::uint8_t number) {
     Bytes bytes(1200);  // in one datagram
     for (std::size_t i = 0; i < bytes.size(); ++i)
-      bytes[i] = static_cast<std::byte>(number * 50U + i % 251);
+      bytes[i] = static_cast<std::byte>(std::size_t{number} * 50 + i % 251);
     return bytes;
   }
   [[nodiscard]] std::size_t waiting() const { return stream_.size(); }

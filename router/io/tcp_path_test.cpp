@@ -15,9 +15,8 @@
 namespace tims::io {
 namespace tcp_path_test {
 
+using namespace std::chrono_literals;
 using link::NetAddress;
-using std::chrono_literals::operator""ms;
-using std::chrono_literals::operator""s;
 using Bytes = std::vector<std::byte>;
 
 Bytes bytes_of(std::size_t size) { return Bytes(size, std::byte{7}); }

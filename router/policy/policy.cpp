@@ -168,7 +168,7 @@ std::pair<std::string_view, std::string> run(const TestText& test, const Policy&
   const auto subject = Subject::parse(test.from);
   if (!subject)
     return {"from", "from " + base::in_quotes(test.from) +
-                        " is no subject: write \"user:guest\", \"uid:1000, gid:100\" or \"own\""};
+                        R"( is no subject: write "user:guest", "uid:1000, gid:100" or "own")"};
   const auto to = Address::parse(test.to, policy.widths());
   if (!to)
     return {"to", "to " + base::in_quotes(test.to) + " is no address: write \"Chassis(3/0)\""};
@@ -176,8 +176,8 @@ std::pair<std::string_view, std::string> run(const TestText& test, const Policy&
   auto query = parse_type(test.type, class_id);
   if (!query) return {"type", "type: " + TypePattern::problem(test.type)};
   if (test.expect != "allow" && test.expect != "deny" && test.expect != "observe")
-    return {"expect", "expect must be \"allow\", \"deny\" or \"observe\", not " +
-                          base::in_quotes(test.expect)};
+    return {"expect",
+            R"(expect must be "allow", "deny" or "observe", not )" + base::in_quotes(test.expect)};
   query->dest = *to;
   const Rule& rule = policy.rule(policy.decide(*subject, *query));
   const bool lowers = rule.action == Action::kAllow && test.priority > rule.text.priority_max;

@@ -9,7 +9,7 @@
 namespace tims::security::credentials_test {
 
 constexpr std::int64_t kNow = 1'800'000'000;
-constexpr std::int64_t kAgeMax = 3 * 86400;
+constexpr std::int64_t kAgeMax = std::int64_t{3} * 86400;
 constexpr Strictness kRefuses{.expired = false, .list_age_max = kAgeMax, .old_list = true};
 
 TEST(OldList, IsOneAboveItsAgeByAClockThatCanBeTrusted) {

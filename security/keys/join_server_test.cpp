@@ -84,7 +84,7 @@ class JoinServerTest : public testing::Test {
   // A stolen robot with an authority of its own in its folder: `timsctl key serve` runs there with
   // the certificate of a member, which lets others of the fleet in, and hands out its own.
   KeyFolder impostor(const Identity& stolen) {
-    const KeyFolder keys = folder("impostor");
+    KeyFolder keys = folder("impostor");
     const Authority forged = Authority::init(keys, "f", kNow).value();
     const KeyFolder member = folder("stolen");
     EXPECT_TRUE(authority_.issue_to(member, stolen, {}, kNow).ok());
@@ -101,7 +101,7 @@ class JoinServerTest : public testing::Test {
   }
   // A member that renews at this port.
   KeyFolder victim(std::uint16_t port) {
-    const KeyFolder keys = folder("robot3");
+    KeyFolder keys = folder("robot3");
     EXPECT_TRUE(authority_.issue_to(keys, robot(3), {}, kNow).ok());
     JoinText address{.hosts = {"127.0.0.1"}, .port = port, .root = {}, .secret = {}};
     EXPECT_TRUE(keys.write_public("authority.address", address.to_string()).ok());

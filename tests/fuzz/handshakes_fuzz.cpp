@@ -158,7 +158,7 @@ class Attacked : private sim::SimulatedNetwork {
     inject(from, to.address(), std::span(bytes).first(link::encode(datagram, bytes)));
     run_for(0ms);
   }
-  std::uint64_t token(sim::Node& of, std::uint8_t which) {
+  std::uint64_t token(sim::Node& of, std::uint8_t which) const {
     std::uint64_t ours = hello_;
     std::uint64_t theirs = hello_;
     of.links().for_each([&](const link::Link& link) {

@@ -40,7 +40,7 @@ class Swarm {
 
   // swarm.cpp: the events of the run
   void build();
-  void start(std::size_t node);
+  void start(std::size_t i);
   void attach(Client& client);
   void plan_trouble(Duration span);
   void plan_crash(Time when);
@@ -58,7 +58,7 @@ class Swarm {
 
   // swarm_checks.cpp: the invariants
   void check_tables();
-  void check_table(std::size_t node);
+  void check_table(std::size_t i);
   void check_routes();
   [[nodiscard]] std::size_t waiting_from(std::size_t first) const;
   void check_losses();

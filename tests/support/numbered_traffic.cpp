@@ -56,8 +56,8 @@ NumberedTraffic::NumberedTraffic(Session&& from, Session&& to, Mailbox&& source,
 
 NumberedTraffic::~NumberedTraffic() { end({}); }
 
-// Until the way is known. What is answered with NOT_AVAILABLE before does not count.
-void NumberedTraffic::find_way() {
+// Until the path is known. What is answered with NOT_AVAILABLE before does not count.
+void NumberedTraffic::find_path() {
   constexpr std::uint64_t kNone = 0;
   while (sends_ && !is_found_) {
     (void)source_.send({.dest = sink_.address(), .type = kCommand},
@@ -69,16 +69,16 @@ void NumberedTraffic::find_way() {
 }
 
 void NumberedTraffic::send() {
-  find_way();
+  find_path();
   std::vector<std::byte> body(kLarge);
   for (std::uint64_t number = 1; sends_; ++number) {
     std::memcpy(body.data(), &number, sizeof number);
     const auto bytes = std::span(body).first(size_of(number));
-    while (sends_ && !source_.send({.dest = sink_.address(), .type = kCommand}, bytes).ok()) {
+    while (!source_.send({.dest = sink_.address(), .type = kCommand}, bytes).ok()) {
+      if (!sends_) return;
       ++refused_;
       std::this_thread::sleep_for(1ms);
     }
-    if (!sends_) return;
     sent_ = number;
     while (source_.try_peek()) ++wrong_;  // NOT_AVAILABLE
     std::this_thread::sleep_for(pace_);

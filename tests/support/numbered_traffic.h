@@ -45,7 +45,7 @@ class NumberedTraffic {
 
  private:
   NumberedTraffic(Session&& from, Session&& to, Mailbox&& source, Mailbox&& sink, Duration pace);
-  void find_way();
+  void find_path();
   void send();
   void receive();
 

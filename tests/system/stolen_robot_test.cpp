@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tests/support/eventually.h"
@@ -133,9 +134,10 @@ TEST_F(StolenRobotTest, FilesAreChangedFromTheBaseOnly) {
   const HostAgent agent_of_base(*base);
   const HostAgent agent_of_thief(*thief);
   const HostAgent agent_of_other(*other);
-  const auto change = [](const std::string& to, std::vector<std::string> hosts) {
+  const auto change = [](const std::string& to, const std::vector<std::string>& hosts) {
     std::vector<std::string> command{"config", "apply", "-y", "--window=30s"};
-    for (const std::string& host : hosts) command.push_back(host + "@router.toml:log.level=" + to);
+    for (const std::string& host : hosts)
+      command.push_back(fmt::format("{}@router.toml:log.level={}", host, to));
     return command;
   };
   for (const std::string host : {"base", "robot5"})

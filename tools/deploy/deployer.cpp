@@ -1,11 +1,11 @@
 #include "tools/deploy/deployer.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 
 #include <fmt/format.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include "base/measure.h"
@@ -49,6 +49,7 @@ std::string user_name() {
 
 std::vector<std::string> names_of(const Order& order) {
   std::vector<std::string> names;
+  names.reserve(order.targets.size());
   for (const Target& target : order.targets) names.push_back(target.name);
   return names;
 }

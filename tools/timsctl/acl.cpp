@@ -69,7 +69,7 @@ std::string who_is(AdminClient& router, AdminClient& next) {
 // Asks the routers on the way of a message in turn, until one denies it.
 class Trial {
  public:
-  Trial(Context& context, AdminClient admin) : context_(context), admin_(std::move(admin)) {}
+  Trial(Context& context, const AdminClient& admin) : context_(context), admin_(admin) {}
 
   Exit run() {
     const Options& options = context_.options;

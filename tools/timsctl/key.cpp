@@ -125,6 +125,13 @@ constexpr Column kOwnLines[] = {
     {.title = "Authority", .path = "authority"},
 };
 
+Failure import_failure(const tims::Error& error, bool force) {
+  Failure failure = key_failure(error);
+  if (error == tims::Errc::kRefused && !force)
+    failure.hint = "if this host shall leave the fleet of its present keys: --force";
+  return failure;
+}
+
 // The answer that `key sign` writes and `key import` reads.
 void import_answer(const KeyFolder& keys, std::string_view bytes, Context& context) {
   const bool force = context.options.force;
@@ -132,12 +139,7 @@ void import_answer(const KeyFolder& keys, std::string_view bytes, Context& conte
   const auto lock = key_value(keys.lock());
   const auto taken =
       security::take_over(keys, answer, {.root = {}, .identity = {}, .another_fleet = force});
-  if (!taken) {
-    Failure failure = key_failure(taken.error());
-    if (taken.error() == tims::Errc::kRefused && !force)
-      failure.hint = "if this host shall leave the fleet of its present keys: --force";
-    throw failure;
-  }
+  if (!taken) throw import_failure(taken.error(), force);
   const Identity& identity = *taken;
   const Credentials own = key_value(keys.load());
   context.out.note(

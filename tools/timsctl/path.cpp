@@ -97,7 +97,7 @@ class Explainer {
 
   // Programs of the original RACK, connected by TCP, have no name.
   static std::string owner_of(const json::object& answer) {
-    const std::string name = text_at(answer, "owner.name");
+    std::string name = text_at(answer, "owner.name");
     if (!name.empty()) return name;
     const std::string peer = text_at(answer, "owner.peer");
     return peer.empty() ? "a client without a name" : "the client at " + peer;
