@@ -427,7 +427,8 @@ void Link::on_data(Time now, const NetAddress& from, Data data) {
       (void)paths_.on_source(now, from, context_.random());
       return;
     }
-    paths_.begin_again(now);
+    // Of a router over DDS that was restarted meanwhile, no address is known.
+    address() ? paths_.begin_again(now) : paths_.begin(now, from);
     come_up(now);
   }
   if (!is_up()) return;
@@ -664,10 +665,15 @@ bool Link::restore(Time now, StateReader& from) {
                session_.restore(now, from);
   called_ = called != 0;
   last_received_ = now;
-  if (valid && settings_.secure) session_.keys().lock(now, generation);
+  if (valid && settings_.secure) {
+    session_.keys().lock(now, generation);
+    patient_until_ = now + kRestartMax;  // without keys, it cannot open a PAUSE
+  }
   // Another DDS participant has to be found first.
-  if (valid && was_up != 0 && address.kind != PathKind::kDds && paths_.uses(address.kind)) {
-    restore_up(now, address);
+  const bool usable = valid && address.kind != PathKind::kDds && paths_.uses(address.kind);
+  if (usable) paths_.begin(now, address);
+  if (usable && was_up != 0) {
+    restore_up(now);
     valid = is_up() &&
             advertiser_.restore(now, client_, settings_.kind != LinkKind::kSuper, from) &&
             from.empty();
@@ -697,19 +703,19 @@ bool Link::restore_certificate(StateReader& from) {
 }
 
 // For the others it never was down.
-void Link::restore_up(Time now, const NetAddress& address) {
-  paths_.begin(now, address);
+void Link::restore_up(Time now) {
   client_ = connect_client(now);
   if (!client_) return;
   next_hello_ = kNever;
   next_keep_alive_ = now;
-  session_.on_new_path(now, address.kind);
+  session_.on_new_path(now, paths_.kind());
   session_.set_open(!session_.keys().are_locked());
   if (settings_.secure) next_handshake_ = now;
   enter(now, State::kUp);
 }
 
 void Link::unlock(Time now) {
+  patient_until_ = {};
   session_.set_open(true);
   if (!called_) next_handshake_ = kNever;
   end_questions();

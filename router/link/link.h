@@ -250,7 +250,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   void come_up(Time now);
   void unlock(Time now);
   [[nodiscard]] bool restore_certificate(StateReader& from);
-  void restore_up(Time now, const NetAddress& address);
+  void restore_up(Time now);
   void go_down(Time now, core::CloseReason reason, State state);
   [[nodiscard]] Time gone_at() const;
   void switch_path(Time now, PathKind before);

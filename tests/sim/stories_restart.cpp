@@ -44,6 +44,12 @@ struct Restart : Story {
     client_of(node) = client(node, mailbox_of(node));
     away = nullptr;
   }
+  [[nodiscard]] static bool is_up(Node& at, std::string_view peer) {
+    bool up = false;
+    at.links().for_each(
+        [&](const link::Link& link) { up |= link.is_up() && link.peer().name.view() == peer; });
+    return up;
+  }
   [[nodiscard]] std::size_t downs() const {
     std::size_t downs = 0;
     for (const auto& node : {base, robot, host, other})
@@ -209,6 +215,38 @@ TEST(Upgrade, ARestartDuringAHandshakeDelaysNothing) {
   EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.host, s.camera, kCamera, 400ms));
 }
 
+// The calling side has its keys, and the other side has received nothing sealed by them.
+TEST(Upgrade, ARestartBeforeALinkIsUpOnBothSidesDelaysNothing) {
+  Restart s(true);
+  s.robot->kill();
+  s.robot->start(s.now());
+  s.ladar = s.client(*s.robot, kLadar);
+  ASSERT_TRUE(s.run_until([&] { return s.is_up(*s.robot, "base"); }, 3s));
+  ASSERT_FALSE(s.is_up(*s.base, "robot"));
+  s.robot->events.clear();
+  s.restart(*s.base, 5ms);
+  EXPECT_TRUE(s.run_until([&] { return Story::knows(*s.base, kLadar); }, 400ms));
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.robot, s.ladar, kLadar, 100ms));
+  s.run_for(2s);
+  EXPECT_EQ(Story::find_event(*s.robot, core::EventKind::kLinkDown), nullptr);
+}
+
+// The address of the other router is the last one known.
+TEST(Upgrade, ALinkThatIsSilentGoesOn) {
+  for (const bool sealed : {false, true}) {
+    Restart s(sealed);
+    s.cut("base", "robot");
+    ASSERT_TRUE(s.run_until([&] { return !s.is_up(*s.base, "robot"); }, 3s));
+    s.restart(*s.base);
+    s.cut("base", "robot", false);
+    ASSERT_TRUE(s.run_until([&] { return s.is_up(*s.base, "robot"); }, 1s));
+    const std::size_t before = s.downs();
+    EXPECT_TRUE(s.run_until([&] { return s.gui_reaches_camera(); }, 1s));
+    s.run_for(2s);
+    EXPECT_EQ(s.downs(), before) << "a link or a mailbox was withdrawn";
+  }
+}
+
 // A mailbox whose program has not come back is withdrawn at once, the others are not.
 TEST(Upgrade, WhoDoesNotComeBackIsWithdrawn) {
   Restart s(false);
@@ -238,11 +276,32 @@ TEST(Upgrade, ASlowRestartIsNotNoticedEither) {
   }
 }
 
+// The router that has lost its keys cannot open what announces the restart of the other one.
+TEST(Upgrade, ASlowRestartThatFollowsAnotherIsNotNoticedEither) {
+  Restart s(true);
+  const std::size_t before = s.downs();
+  const auto state = s.base->hand_over(s.now());
+  ASSERT_EQ(s.base->start(s.now(), state), 2U);
+  s.gui = s.client(*s.base, kGui);
+  s.restart(*s.robot, 4500ms);
+  EXPECT_TRUE(s.run_until([&] { return s.gui_reaches_camera(); }, 1s));
+  EXPECT_EQ(s.downs(), before) << "a link or a mailbox was withdrawn";
+}
+
 // A router that is silent for no reason, after its restart as before it.
 TEST(Upgrade, PatienceEnds) {
   Restart s(false);
   s.restart(*s.robot);
   s.run_for(5s);
+  s.robot->kill();
+  EXPECT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kLadar); }, 1s));
+}
+
+// The same for one that was waited for because its restart could not have been heard of.
+TEST(Upgrade, PatienceEndsWithTheNextHandshake) {
+  Restart s(true);
+  s.restart(*s.base);
+  ASSERT_TRUE(s.gui_reaches_camera());
   s.robot->kill();
   EXPECT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kLadar); }, 1s));
 }

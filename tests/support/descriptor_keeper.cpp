@@ -122,10 +122,13 @@ Result<void> KeptRouter::start() {
 Result<void> KeptRouter::restart(int signal) {
   const auto ended = keeper_->end(*process_, signal);
   if (!ended) return ended.error();
+  former_output_ += process_->output();
   if (signal != SIGKILL && !ended->success())
-    return Error(Errc::kSystem, ended->to_string() + "\n" + process_->output());
+    return Error(Errc::kSystem, ended->to_string() + "\n" + former_output_);
   return start();
 }
+
+std::string KeptRouter::output() const { return former_output_ + process_->output(); }
 
 Result<void> KeptRouter::stop() {
   const auto ended = keeper_->end(*process_, SIGTERM);

@@ -60,6 +60,7 @@ class KeptRouter {
   [[nodiscard]] const std::string& socket_path() const { return socket_path_; }
   [[nodiscard]] ChildProcess& process() { return *process_; }
   [[nodiscard]] DescriptorKeeper& keeper() { return *keeper_; }
+  [[nodiscard]] std::string output() const;  // of all runs
 
  private:
   std::string folder_;
@@ -67,6 +68,7 @@ class KeptRouter {
   std::vector<std::string> settings_;
   std::optional<DescriptorKeeper> keeper_;
   std::optional<ChildProcess> process_;
+  std::string former_output_;
 };
 
 }  // namespace tims::test

@@ -96,8 +96,8 @@ void KeptPair::end(Duration patience) {
   for (const auto& traffic : traffic_) traffic->end(patience);
 }
 
-std::string KeptPair::output() {
-  return "base:\n" + base_.process().output() + "robot:\n" + robot_.process().output();
+std::string KeptPair::output() const {
+  return "base:\n" + base_.output() + "robot:\n" + robot_.output();
 }
 
 }  // namespace tims::test

@@ -46,7 +46,7 @@ class KeptPair {
   [[nodiscard]] KeptRouter& robot() { return robot_; }
   // From the robot to the base, and from the base to the robot.
   [[nodiscard]] std::array<std::unique_ptr<NumberedTraffic>, 2>& traffic() { return traffic_; }
-  [[nodiscard]] std::string output();  // of the routers
+  [[nodiscard]] std::string output() const;  // of the routers
 
  private:
   template <typename Act>
