@@ -32,12 +32,14 @@ class RtpsStorm {
     peer_.resize(kPrefixBytes);
   }
 
-  // Sends so many datagrams of each kind to the first participants of a host.
+  // To the first participants of a host: the announcement of another router.
+  void announce(const char* host) { send_to_all(host, participant()); }
+  // So many datagrams of each kind.
   void send(const char* host, int each) {
     for (int i = 0; i < each; ++i) {
       for (const auto& message :
            {participant(), heartbeat(), gap(), acknowledgement(), fragment(), noise()})
-        for (const int port : {7400, 7410, 7411, 7412, 7413}) send(host, port, message);
+        send_to_all(host, message);
     }
   }
 
@@ -133,13 +135,15 @@ class RtpsStorm {
                                                 0x04020000, 0x04010000, 0x03020000};
     return kAll[random_() % kAll.size()];
   }
-  void send(const char* host, int port, const Bytes& bytes) const {
+  void send_to_all(const char* host, const Bytes& bytes) const {
     sockaddr_in to{};
     to.sin_family = AF_INET;
-    to.sin_port = htons(static_cast<std::uint16_t>(port));
     ::inet_pton(AF_INET, host, &to.sin_addr);
-    (void)::sendto(socket_.get(), bytes.data(), bytes.size(), 0,
-                   reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    for (const int port : {7400, 7410, 7411, 7412, 7413}) {
+      to.sin_port = htons(static_cast<std::uint16_t>(port));
+      (void)::sendto(socket_.get(), bytes.data(), bytes.size(), 0,
+                     reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
   }
 
   os::File socket_{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
