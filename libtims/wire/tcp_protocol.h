@@ -38,6 +38,7 @@ inline constexpr std::int8_t kDisableWatchdog = 19;
 // address; the original router ignores them.
 inline constexpr std::size_t kOptionsSize = 8;
 // Of the samples of a stream (flag::kStream) that wait for this connection, only the newest.
+// A client that asks for this knows the extension flags, so the router heeds those that it sets.
 inline constexpr std::uint32_t kKeepNewest = 1;
 
 // The body of kAddressWidths: system, class, instance, local.

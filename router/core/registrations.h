@@ -67,6 +67,8 @@ struct Client {
   Count out{};                            // accepted by its mailbox, connection or queue
   Count dropped{};                        // addressed to it, and lost
 
+  // Original programs set the extension flags arbitrarily, and do not know what they mean.
+  [[nodiscard]] bool is_original() const { return info.port == PortKind::kTcp && !keeps_newest; }
   // Its messages are judged by the policy.
   [[nodiscard]] bool is_judged() const { return profile != nullptr && !profile->is_free(); }
   [[nodiscard]] Peer peer() const {

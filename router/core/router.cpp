@@ -15,11 +15,10 @@ namespace {
 constexpr std::uint8_t kOwnFlags =
     flag::kStream | flag::kTrace | flag::kReportIfGone | flag::kReportReason;
 
-// True when the sender must be notified that the destination is not registered. The extension
-// flags of original programs are arbitrary and therefore ignored.
+// True when the sender must be notified that the destination is not registered.
 bool wants_notification(const Client& sender, const Header& header) {
   const bool asks = (header.flags & flag::kReportIfGone) != 0;
-  return header.type > 0 || (asks && sender.info.port != PortKind::kTcp);
+  return header.type > 0 || (asks && !sender.is_original());
 }
 
 // Programs of this host use the local port; the router itself has no client.
@@ -309,13 +308,12 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
       on = local_text_reader(on);
     }
   }
-  // Original programs set these bits arbitrarily and do not know the meaning of the extensions;
-  // between original programs the bits pass unchanged.
-  const bool original = from != nullptr && from->info.port == PortKind::kTcp;
-  const bool to_original = on.to->info.port == PortKind::kTcp && !on.to->keeps_newest;
+  // Between original programs the bits pass unchanged.
+  const bool original = from != nullptr && from->is_original();
   if ((message.header.flags & flag::kTrace) != 0 && from != nullptr && !original)
     hooks_.traced(from->id, on.to->id, message);
-  if (original != to_original) message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
+  if (original != on.to->is_original())
+    message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
   if (on.to->info.port == PortKind::kLocal)
     message.header = marked_foreign(message.header, is_foreign(from));
   if (on.to->info.port == PortKind::kLink && message.hops >= kHopsMax)

@@ -265,6 +265,25 @@ TEST_F(RouterTest, AProducerThatAsksLearnsThatItsListenerIsGone) {
   EXPECT_EQ(sink_.replies[0].header.dest, kPilot);
 }
 
+// Between a program of this host and one over TCP, in both directions.
+TEST_F(RouterTest, ExtensionFlagsPassToAndFromTcpClientsThatKnowThem) {
+  const ClientId tcp = connect();
+  const ClientId local = connect(PortKind::kLocal);
+  router_.register_mailbox(now_, tcp, kLaser);
+  router_.register_mailbox(now_, local, kPilot);
+  const std::uint8_t flags = flag::kNativeOrder | flag::kStream;
+  const auto passes = [&](ClientId from, Address src, Address dest) {
+    send(from, {.flags = flags, .type = type::kData, .dest = dest, .src = src});
+    return (sink_.delivered.back().header.flags & flag::kStream) != 0;
+  };
+  EXPECT_FALSE(passes(tcp, kLaser, kPilot)) << "it may be an original program";
+  EXPECT_FALSE(passes(local, kPilot, kLaser));
+  const Bytes keeps_newest{std::byte{0x01}, std::byte{0x16}, {}, {}, {}, {}, {}, std::byte{1}};
+  send(tcp, {.flags = 0, .type = command::kMailboxInit}, keeps_newest);
+  EXPECT_TRUE(passes(tcp, kLaser, kPilot));
+  EXPECT_TRUE(passes(local, kPilot, kLaser));
+}
+
 TEST_F(RouterTest, OnlyOurOwnProgramsAreTraced) {
   const ClientId tcp = connect();
   const ClientId local = connect(PortKind::kLocal);

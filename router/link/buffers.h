@@ -282,6 +282,7 @@ class MessageMemory {
     return (size + kChunk - 1) / kChunk * kChunk;
   }
 
+  [[nodiscard]] std::size_t place_size() const { return place_bytes_; }
   [[nodiscard]] std::size_t bytes_max() const { return bytes_max_; }
   [[nodiscard]] std::size_t used_bytes() const { return used_ + kept_used_; }
   [[nodiscard]] std::size_t free_bytes() const { return bytes_max_ - place_bytes_ - used_; }

@@ -86,6 +86,7 @@ class FleetTest : public testing::Test {
     void changed() override {}
     Packing& packing() override { return compression; }
     bool take_packed(core::ClientId, core::Message&, PackingCounters&) override { return false; }
+    bool has_room_to_unpack() override { return true; }
     void begin_lists(Time, const Link&) override {}
     bool on_list_message(Time, std::uint32_t, const core::Message&) override { return false; }
     void end_lists(Time, std::uint32_t) override {}

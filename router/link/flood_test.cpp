@@ -59,6 +59,7 @@ class Flood : public testing::Test {
     links_.flush(now_);
   }
   void connect(std::uint32_t n) {
+    now_ += 1ms;
     Hello hello = hello_of(n, static_cast<std::uint16_t>(1 + n / 200),
                            static_cast<std::uint16_t>(1 + n % 200));
     give(address_of(n), hello);
@@ -67,7 +68,7 @@ class Flood : public testing::Test {
     give(address_of(n), hello);
   }
 
-  const Time now_{100s};
+  Time now_{100s};
   NoHooks hooks_;
   CountingSender sender_;
   std::vector<std::byte> blocks_;
@@ -95,7 +96,7 @@ TEST_F(Flood, OfHellosUsesNoMemoryAndLittleTime) {
       (std::chrono::steady_clock::now() - began) / static_cast<double>(kForged);
   EXPECT_EQ(test::allocations(), before);
   EXPECT_EQ(hooks_.events, events);
-  EXPECT_EQ(sender_.bytes, 24 * kForged) << "a RETRY each";
+  EXPECT_EQ(sender_.bytes, 24 * Reception::kRetriesAtOnce) << "RETRYs, as many as are sent";
   RecordProperty("microseconds_each", std::to_string(each.count()));
   // 100 000 a second must leave the processor to others. Loose, for busy machines: it takes 0.3 us.
   EXPECT_LT(each.count(), 5);
@@ -119,7 +120,17 @@ TEST_F(Flood, OfOtherDatagramsUsesNoMemory) {
   }
   EXPECT_EQ(test::allocations(), before);
   EXPECT_EQ(hooks_.events, events);
-  EXPECT_EQ(sender_.bytes, 16 * kForged / 10) << "a RESET for each DATA";
+  EXPECT_EQ(sender_.bytes, 16 * Links::kResetsAtOnce) << "a RESET for DATA, as many as are sent";
+}
+
+TEST_F(Flood, OfHellosLeavesAnswersForOthersInTheNextMoment) {
+  for (std::uint64_t n = 0; n < kForged; ++n) give(address_of(n), SealedHello{n + kForged});
+  sender_.bytes = 0;
+  give(address_of(1), SealedHello{1});
+  EXPECT_EQ(sender_.bytes, 0U);
+  now_ += 1s / Reception::kRetriesPerSecond;
+  give(address_of(1), SealedHello{1});
+  EXPECT_EQ(sender_.bytes, 24U);
 }
 
 // One address that is proven, and one cookie: each datagram begins as if its sender began again.

@@ -218,6 +218,9 @@ class ArrivalObserver : public core::Interface {
  public:
   // The bytes may be modified and stay valid until the turn is flushed.
   virtual void on_message(Time now, const RecordPrefix& prefix, core::Message& message) = 0;
+  // False: a compressed message cannot be decompressed now. Then it is not handed on, and its last
+  // bytes come again.
+  [[nodiscard]] virtual bool has_room_to_unpack() { return true; }
   // A command that has arrived later than its lifetime, and is not delivered.
   virtual void on_late(Time /*now*/, const Header& /*header*/) {}
   virtual void on_control(Time now, const core::Message& message) = 0;

@@ -444,6 +444,7 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
       if (is_bad(header)) {
         broken_ = true;
       } else if (record.size() >= header.length) {
+        if (!can_hand_on(now, bytes)) break;
         begun_ = arrived_;
         hand_on(now, bytes.first(kRecordPrefix), {header, record.first(header.length)});
         taken = record_size(header.length);
@@ -496,6 +497,8 @@ std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> byte
     refused_ = now;
     size = body_.size() - body_size_;
   }
+  const bool completes = body_size_ + size == header_.length;
+  if (completes && size > 0 && !can_hand_on(now, head_)) --size;
   if (size > 0) std::memcpy(body_.bytes().data() + body_size_, bytes.data(), size);
   body_size_ += size;
   if (body_size_ >= progress_at_ + kProgress) {
@@ -508,6 +511,13 @@ std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> byte
     hand_on(now, std::span(head_).first(kRecordPrefix), {header_, message});
   }
   return size;
+}
+
+bool LaneReceiver::can_hand_on(Time now, std::span<const std::byte> prefix) {
+  if (!RecordPrefix::decode(prefix).packed || control_ || arrivals_.has_room_to_unpack())
+    return true;
+  refused_ = now;
+  return false;
 }
 
 std::optional<Header> LaneReceiver::give_up_stalled(Time now) {

@@ -200,6 +200,8 @@ class LaneReceiver {
   std::size_t consume(Time now, std::span<std::byte> bytes, bool stable);
   std::size_t consume_head(Time now, std::span<const std::byte> bytes);
   std::size_t consume_body(Time now, std::span<const std::byte> bytes);
+  // `prefix`: of a record that is complete otherwise.
+  [[nodiscard]] bool can_hand_on(Time now, std::span<const std::byte> prefix);
   bool begin_message(Time now, const Header& header);
   [[nodiscard]] bool is_bad(const Header& header) const;
   void hand_on(Time now, std::span<const std::byte> prefix, core::Message message);

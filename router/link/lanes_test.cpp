@@ -23,6 +23,7 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
       if (message.bytes[i] != std::byte{message.header.seq_nr}) ADD_FAILURE() << "altered";
   }
   void on_late(Time, const Header& header) override { late.push_back(header.seq_nr); }
+  bool has_room_to_unpack() override { return unpacks; }
   void on_control(Time, const core::Message&) override {}
   void on_frame(Time, const KeepAlive&) override {}
   void on_frame(Time, const ChallengeFrame&) override {}
@@ -39,7 +40,7 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
     const Header header{.type = type, .seq_nr = seq++, .length = static_cast<std::uint32_t>(size)};
     wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
     ASSERT_TRUE(sender.has_room(size));
-    sender.push(now, {.hops = 3}, bytes, committed_max);
+    sender.push(now, {.hops = 3, .packed = packed}, bytes, committed_max);
   }
   LaneReceiver::Verdict deliver(Range range) {
     std::vector<std::byte> bytes(range.size());
@@ -69,6 +70,8 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
   std::vector<std::uint8_t> lost;
   std::vector<std::uint8_t> late;  // at the receiver
   std::int8_t type = 0;
+  bool packed = false;
+  bool unpacks = true;
   core::Outcome last_loss{};
   std::uint8_t seq = 0;
   Time now{100s};
@@ -272,6 +275,32 @@ TEST_F(LanesTest, WithoutMemoryNothingIsLost) {
   all = {};
   for (const Range range : refused) EXPECT_EQ(deliver(range), LaneReceiver::Verdict::kTaken);
   EXPECT_EQ(arrived.size(), 1U);
+}
+
+TEST_F(LanesTest, ACompressedMessageWaitsForRoomToUnpackIt) {
+  for (const std::size_t size : {100U, 5000U}) {
+    for (const bool backwards : {false, true}) {
+      arrived.clear();
+      packed = true;
+      unpacks = false;
+      push(size);
+      packed = false;
+      push(size);
+      auto pieces = take_all(1000);
+      if (backwards) std::ranges::reverse(pieces);
+      for (int tries = 0; tries < 2; ++tries) {
+        for (const Range range : pieces) (void)deliver(range);
+        EXPECT_TRUE(arrived.empty()) << "nor does the next one overtake it";
+      }
+      unpacks = true;
+      for (const Range range : pieces) {
+        EXPECT_EQ(deliver(range), LaneReceiver::Verdict::kTaken);
+        sender.on_acked(range);
+      }
+      EXPECT_EQ(arrived.size(), 2U);
+      EXPECT_EQ(pool.used(), 0U);
+    }
+  }
 }
 
 TEST_F(LanesTest, NoBlockIsTakenForNothing) {

@@ -69,6 +69,8 @@ class LinkContext : public core::Interface {
   // decompressed. Returns false when that is not possible: it is lost, and counted.
   virtual bool take_packed(core::ClientId link, core::Message& message,
                            PackingCounters& counters) = 0;
+  // False: there is no memory for it now.
+  [[nodiscard]] virtual bool has_room_to_unpack() = 0;
   // Begins a handshake with the router that has sent this RETRY, and sends WHO in it. HELLOs go on
   // meanwhile; one that is answered shows that a handshake in progress can go on. `restarts`:
   // another cookie than before is to be expected.

@@ -252,6 +252,7 @@ void Links::on_data(Time now, const NetAddress& from, const Data& data) {
     return touch(*link);
   }
   ++unknown_token_;
+  if (!resets_.try_take(now)) return;
   std::array<std::byte, kControlDatagramMax> bytes{};
   send(from, std::span(bytes).first(encode(Reset{token}, bytes)));
 }
@@ -324,14 +325,18 @@ bool Links::take_packed(core::ClientId link, core::Message& message, PackingCoun
     ++counters.passed;
     return true;
   }
-  MessageBuffer room(memory_);
-  if (*size > setup_.self.message_max || !room || !room.grow(*size)) {
+  const auto room =
+      *size <= setup_.self.message_max ? unpacked_.take(*size) : std::span<std::byte>();
+  if (room.empty()) {
     lost(link, message.header, core::Outcome::kIncomplete);
     return false;
   }
-  if (!packing_.unpack(message, room.bytes().first(*size), counters)) return false;
-  done_.push_back(std::move(room));
-  return true;
+  return packing_.unpack(message, room, counters);
+}
+
+bool Links::has_room_to_unpack() {
+  return unpacked_.reserve(
+      std::min<std::size_t>(kHeaderSize + compression::kBlockMax, setup_.self.message_max));
 }
 
 std::uint64_t Links::queued_bytes(std::uint32_t token) const {

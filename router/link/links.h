@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/rate_limiter.h"
 #include "router/core/random.h"
 #include "router/core/router.h"
 #include "router/link/fleet.h"
@@ -22,6 +23,7 @@
 #include "router/link/list_exchange.h"
 #include "router/link/reception.h"
 #include "router/link/transport.h"
+#include "router/link/unpack_buffer.h"
 
 namespace tims::link {
 
@@ -52,6 +54,10 @@ class Links final : public core::Port,
                     private Reception::House,
                     private ListExchange::Carrier {
  public:
+  // Answers to DATA of sessions that are not known: after a restart each link needs one.
+  static constexpr std::uint64_t kResetsPerSecond = 20'000;
+  static constexpr std::uint64_t kResetsAtOnce = 2'000;
+
   Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory, const LinksSetup& setup,
         LinksShell* shell = nullptr);
   // Sets the sender for this kind of path; null: datagrams of this kind are lost.
@@ -107,7 +113,10 @@ class Links final : public core::Port,
   // Sends as much as is allowed now and the senders accept.
   void flush(Time now) override;
   // Called after all ports were flushed: messages handed on are not read any more.
-  void release() { done_.clear(); }
+  void release() {
+    done_.clear();
+    unpacked_.release();
+  }
   [[nodiscard]] bool has_something_to_send() const {
     return !holds_back() && (!touched_.empty() || held_.to);
   }
@@ -183,6 +192,7 @@ class Links final : public core::Port,
   void changed() override { choose_ = true; }
   Packing& packing() override { return packing_; }
   bool take_packed(core::ClientId link, core::Message& message, PackingCounters& counters) override;
+  bool has_room_to_unpack() override;
   [[nodiscard]] bool goes_on_packed(core::ClientId from, const core::Message& message,
                                     std::uint32_t size) const;
 
@@ -311,11 +321,13 @@ class Links final : public core::Port,
   std::uint32_t advertised_ = 0;     // number of the router's table that was announced last
   std::uint64_t strange_ = 0;        // see Counters
   std::uint64_t unknown_token_ = 0;  // likewise
+  base::RateLimiter resets_{kResetsPerSecond, kResetsAtOnce};
 
   std::vector<Link*> touched_;
   std::priority_queue<Wake, std::vector<Wake>, std::greater<>> wake_;
 
   std::vector<MessageBuffer> done_;
+  UnpackBuffer unpacked_{memory_, done_};
   struct Lost {
     core::ClientId client{};
     Header header{};

@@ -18,6 +18,11 @@ namespace tims::link {
 
 class Reception final : private Handshakes::Observer {
  public:
+  // RETRYs. In a flood of HELLOs, so many are answered, so that links and programs have their share
+  // of the processor; a fleet that calls at once gets all its answers in a moment.
+  static constexpr std::uint64_t kRetriesPerSecond = 20'000;
+  static constexpr std::uint64_t kRetriesAtOnce = 2'000;
+
   // The links that others come to.
   class House : public core::Interface {
    public:
@@ -67,7 +72,8 @@ class Reception final : private Handshakes::Observer {
   [[nodiscard]] Time next_timeout() const { return handshakes_.next_timeout(); }
   void on_timeout(Time now) { handshakes_.on_timeout(now); }
 
-  [[nodiscard]] std::uint64_t refused() const { return refused_; }  // HELLOs and handshakes
+  // HELLOs and handshakes that were refused, or not answered in a flood.
+  [[nodiscard]] std::uint64_t refused() const { return refused_; }
   [[nodiscard]] Handshakes::Counters handshakes() const { return handshakes_.counters(); }
 
  private:
@@ -101,6 +107,7 @@ class Reception final : private Handshakes::Observer {
   void welcome(Time now, const Caller& caller, const Hello& hello, const Link& link,
                std::optional<std::uint8_t> resumed);
   void refuse(Time now, const Caller& caller, const Refuse& refusal);
+  void ask_for_cookie(Time now, const NetAddress& from, const Retry& retry);
   template <typename Datagram>
   void answer(Time now, const Caller& caller, const Datagram& datagram);
 
@@ -109,6 +116,7 @@ class Reception final : private Handshakes::Observer {
   Admission admission_;
   Handshakes handshakes_;
   base::RateLimiter refusals_;
+  base::RateLimiter retries_{kRetriesPerSecond, kRetriesAtOnce};
   std::uint64_t refused_ = 0;
 };
 

@@ -49,6 +49,7 @@ struct Experiment {
   Duration every = std::chrono::milliseconds(5);  // the period, if any
   std::size_t bulk = 0;             // size of the large messages during a pulse in bytes; 0: none
   std::uint32_t priority = 255;     // of a pulse
+  std::uint64_t flood = 0;          // forged HELLOs a second at the base during a pulse
   std::uint32_t bulk_priority = 0;  // of the large messages
   Cable cable{};                    // between two hosts
   std::string paths{};              // between two routers; with dds: they connect by name

@@ -40,6 +40,11 @@ Plan with_role(Plan plan, const char* role) {
 std::vector<Plan> pulse_roles(Plan plan, const Experiment& experiment) {
   Plan bulk = plan;
   plan.priority = experiment.priority;
+  if (experiment.flood > 0) {
+    Plan flood = with_role(plan, "flood");
+    flood.count = experiment.flood;
+    return {with_role(plan, "gauge"), flood, with_role(plan, "pulse")};
+  }
   if (experiment.bulk == 0) return {with_role(plan, "gauge"), with_role(plan, "pulse")};
   bulk.pair = 1;
   bulk.priority = experiment.bulk_priority;
@@ -124,6 +129,8 @@ Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
   auto results = crew.wait(length_of(experiment, setting) + kMeasurePatience);
   if (!results) return results.error();
   Metrics joined = join(*results, experiment.subscribers, experiment.pairs);
+  if (experiment.shape == Shape::kPulse && experiment.between == Between::kTwoRouters)
+    joined["base_rss_mb"] = resident_mb(crew.middle().first());
   // Costs per million of the few large messages during a pulse are not meaningful.
   if (experiment.shape == Shape::kPulse)
     for (const char* cost : {"cpu_s", "sleeps_per_million"}) joined.erase(cost);

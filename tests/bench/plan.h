@@ -13,7 +13,8 @@
 namespace tims::bench {
 
 struct Plan {
-  std::string role;      // "ping", "echo", "source", "sink", "pulse", "gauge", or a single role
+  std::string
+      role;  // "ping", "echo", "source", "sink", "pulse", "gauge", "flood", or a single role
   std::string link;      // type of the link: "tims", "ring", "tcp", ...
   std::string folder;    // temporary folder of this measurement
   std::string socket;    // of the router
@@ -33,7 +34,7 @@ struct Plan {
   // sent immediately.
   [[nodiscard]] bool streaming() const { return role == "source" || role == "sink"; }
   [[nodiscard]] bool sender() const {
-    return role == "ping" || role == "source" || role == "pulse";
+    return role == "ping" || role == "source" || role == "pulse" || role == "flood";
   }
 };
 

@@ -14,6 +14,7 @@
 #include "tests/bench/decoders.h"
 #include "tests/bench/device_latency.h"
 #include "tests/bench/fleet.h"
+#include "tests/bench/hello_flood.h"
 #include "tests/bench/limits.h"
 #include "tests/bench/policy_bench.h"
 #include "tests/bench/pulse.h"
@@ -89,6 +90,7 @@ constexpr Alone kAlone[] = {
     {"table-memory", "table-memory", measure_table_memory},
     {"compressed", "", measure_compressed_scans},
     {"uncompressed", "", measure_plain_scans},
+    {"flood", "", send_hello_flood},
     {"seal", "seal", seal_datagrams},
     {"encrypt", "encrypt", encrypt_alone},
     {"decode", "", measure_decoder},

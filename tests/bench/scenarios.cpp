@@ -323,6 +323,8 @@ std::vector<ScenarioText> scenario_texts() {
       {"urgent_latency",
        "64 B while 1 MiB messages fill 50 Mbit/s, one direction; rate configured or estimated"},
       {"lossy_link", "10 % loss, 20 ms, 50 Mbit/s: 64 KiB messages, and urgent 64 B messages"},
+      {"hello_flood",
+       "64 B over a link while its upper router gets 100 000 forged HELLOs a second"},
       {"link_idle", "bytes per second over an idle link, headers included"},
       {"link_death", "seconds from the cut of a cable until the robot's mailboxes are withdrawn"},
       {"fleet_join",

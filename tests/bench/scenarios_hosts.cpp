@@ -22,6 +22,9 @@ constexpr double kIdleBytes = 500;
 constexpr double kSealedRoundTripRatio = 1.1;
 constexpr double kSealedRateRatio = 1 / 0.6;
 constexpr double kSealedIdleBytes = 80;  // in addition
+constexpr std::uint64_t kFloodPerSecond = 100'000;
+constexpr double kFloodMoreUs = 1000;
+constexpr double kFloodMoreMb = 1;
 constexpr double kDeathSeconds = 3 * 0.3 + 0.1;
 constexpr double kDdsRoundTripRatio = 1.5;
 constexpr double kJoinSeconds = 3;
@@ -259,6 +262,30 @@ Case lossy_link() {
                    {"tims", "mb_per_s", "", {.at_least = kLossyMb}}}};
 }
 
+// A link that is up while somebody floods one of its routers.
+Case hello_flood() {
+  const auto link = [](bool sealed, std::uint64_t flood) {
+    Experiment one = pulse("tims", Between::kTwoRouters, {});
+    one.sealed = sealed;
+    one.flood = flood;
+    return one;
+  };
+  Case c{.scenario = "hello_flood",
+         .payload = 64,
+         .contenders = {{"tims", link(false, kFloodPerSecond)},
+                        {"tims-quiet", link(false, 0)},
+                        {"tims-sealed", link(true, kFloodPerSecond)},
+                        {"tims-sealed-quiet", link(true, 0)}}};
+  for (const std::string peer : {"tims", "tims-sealed"}) {
+    const std::string quiet = peer + "-quiet";
+    c.rows.push_back({peer, "flood_per_s", "", {}});
+    c.rows.push_back({peer, "p50_us", quiet, {}});
+    c.rows.push_back({peer, "p99_us", quiet, {.above_max = kFloodMoreUs}});
+    c.rows.push_back({peer, "base_rss_mb", quiet, {.above_max = kFloodMoreMb}});
+  }
+  return c;
+}
+
 Case link_case(const char* scenario, Shape shape, const std::vector<Row>& rows) {
   return {.scenario = scenario,
           .payload = 0,
@@ -280,6 +307,7 @@ std::vector<Case> hosts_cases(bool quick) {
   if (io::DdsEngine::built_in()) add_dds_cases(cases, quick);
   cases.push_back(urgent_latency());
   cases.push_back(lossy_link());
+  cases.push_back(hello_flood());
   cases.push_back(link_case("link_idle", Shape::kIdleLink,
                             {{"tims", "up_bytes_per_s", "", {.at_most = kIdleBytes}},
                              {"tims", "down_bytes_per_s", "", {.at_most = kIdleBytes}}}));

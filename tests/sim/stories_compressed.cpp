@@ -87,6 +87,19 @@ TEST(Compression, NeverMakesAMessageLarger) {
   EXPECT_EQ(Compressed::counters(*story.host, "robot").incompressible, 1U);
 }
 
+// One datagram holds dozens of them, and all are read until the turn ends.
+TEST(Compression, ManySmallMessagesThatCompressWellAllArrive) {
+  Compressed story(core::Compression::kLz4);
+  constexpr std::size_t kMany = 2000;
+  const std::vector<std::byte> body(1000);
+  for (std::size_t i = 0; i < kMany; ++i)
+    ASSERT_EQ(story.host->send(story.now(), story.camera, Compressed::data(kCamera), body),
+              core::Outcome::kDelivered);
+  EXPECT_TRUE(story.run_until([&] { return story.base->arrivals(story.gui).size() == kMany; }, 2s))
+      << story.base->arrivals(story.gui).size();
+  EXPECT_GT(Compressed::counters(*story.host, "robot").packed, kMany - 100);
+}
+
 // An attacker who can put text into a message and sees the sizes of encrypted datagrams guesses a
 // secret beside it, letter by letter (CRIME). For excluded kinds there is nothing to see.
 TEST(Compression, SizesTellNothingAboutExcludedKinds) {
