@@ -1,6 +1,7 @@
 // A robot behind a bad line: 1 MB/s, 100 ms, 2 % loss in both directions, with more data than fit.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
+import { ageShown, clockScan, median, sorted } from './clock_scan.mjs';
 import { eventually, launch, startFleet, Watched } from './fixture.mjs';
 import { addressOf, cameraData, Swarm } from './swarm.mjs';
 
@@ -8,31 +9,11 @@ const classes = { chassis: 0x11, ladar: 0x14, camera: 0x15, pilot: 0x18 };
 const line = { rate: 1_000_000, delay_s: 0.05, loss: 0.02 };
 const ageMax = 500; // ms
 const stopMax = 300;
-const day = 60_000; // ms: after this the clock of the scans begins anew
-const nearest = 1000; // mm
 
 let base;
 let robot;
 let browser;
 let swarm;
-
-// A scan of 361 points whose distance is the time: 1 mm a ms.
-function clockScan() {
-  const points = 361;
-  const body = Buffer.alloc(24 + 16 * points);
-  body.writeInt32LE(100_000, 8);
-  body.writeFloatLE(-Math.PI / 2, 12);
-  body.writeFloatLE(Math.PI / 2, 16);
-  body.writeInt32LE(points, 20);
-  return () => {
-    const distance = nearest + (Date.now() % day);
-    for (let i = 0; i < points; ++i) {
-      body.writeFloatLE((Math.PI * i) / (points - 1) - Math.PI / 2, 24 + 16 * i);
-      body.writeInt32LE(distance, 28 + 16 * i);
-    }
-    return Buffer.from(body);
-  };
-}
 
 before(async () => {
   [base, robot] = await startFleet(1);
@@ -52,16 +33,6 @@ after(async () => {
 });
 
 afterEach(Watched.closeAll);
-
-// How old the scan is that the page shows now, in ms.
-const ageShown = (tile) =>
-  tile.getByText(/points; the nearest/).evaluate(
-    (element, [least, clock]) => {
-      const metres = Number(/is ([\d.]+) m/.exec(element.textContent)?.[1]);
-      return (((Date.now() - (1000 * metres - least)) % clock) + clock) % clock;
-    },
-    [nearest, day],
-  );
 
 test('the newest scan is young and STOP is fast, with a camera on the same line', async () => {
   const tiles = ['Ladar/0', 'Ladar/1', 'Ladar/2', 'Ladar/3', 'Camera/0'];
@@ -91,9 +62,7 @@ test('the newest scan is young and STOP is fast, with a camera on the same line'
     times.push(chassis.commands[0].at - (await page.evaluate(() => globalThis.pressedAt)));
     assert(chassis.commands[0].priority >= 100, 'it overtakes what else is on the line');
   }
-  const sorted = (list) => [...list].sort((a, b) => a - b).map(Math.round);
   console.log(`ages of scans ${sorted(ages)} ms; STOP ${sorted(times)} ms`);
-  const median = (list) => sorted(list)[Math.floor(list.length / 2)];
   assert(median(ages) < ageMax, `ages: ${sorted(ages)}`);
   assert(median(times) < stopMax, `STOP: ${sorted(times)}`);
   const other = await base.timsctl('component', 'list');

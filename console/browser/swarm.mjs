@@ -10,6 +10,7 @@ const register = 11;
 const lifesign = 17;
 const littleEndian = 3;
 const stream = 0x10;
+const keepNewest = 1; // wire/tcp_protocol.h
 
 export const addressOf = (system, classId, instance) => ((system << 24) | (classId << 16) | (instance << 8)) >>> 0;
 
@@ -43,10 +44,11 @@ export class Swarm {
     this.own(address);
   }
 
-  // A mailbox that answers nothing.
+  // A mailbox that answers nothing. Only the newest samples may wait for it, and its own are marked as such.
   own(address) {
-    const body = Buffer.alloc(4);
+    const body = Buffer.alloc(8);
     body.writeUInt32LE(address);
+    body.writeUInt32LE(keepNewest, 4);
     this.send({ type: register, dest: 0, src: 0 }, body);
   }
 
