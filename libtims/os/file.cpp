@@ -16,25 +16,34 @@ bool is_endless(int file) {
   return S_ISCHR(status.st_mode) && status.st_rdev != null && ::isatty(file) == 0;
 }
 
+// 0: unknown, as of a pipe.
+std::size_t size_of(int file) {
+  struct stat status {};
+  return ::fstat(file, &status) == 0 ? static_cast<std::size_t>(status.st_size) : 0;
+}
+
+Error too_big(const std::string& path, std::size_t bytes_max) {
+  constexpr std::size_t kMiB = 1 << 20;
+  return {Errc::kTooBig, path + ": larger than " +
+                             (bytes_max < kMiB ? std::to_string(bytes_max) + " bytes"
+                                               : std::to_string(bytes_max / kMiB) + " MB")};
+}
+
 }  // namespace
 
 Result<std::string> read_file(const std::string& path, std::size_t bytes_max) {
-  constexpr std::size_t kMiB = 1 << 20;
   const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) return system_error(path);
   if (is_endless(file.get()))
     return Error(Errc::kInvalidArgument, path + ": is a device, not a file");
+  if (size_of(file.get()) > bytes_max) return too_big(path, bytes_max);
   std::string content;
   std::array<char, 64 << 10> piece{};
   while (const ssize_t size = ::read(file.get(), piece.data(), piece.size())) {
     if (size < 0 && errno == EINTR) continue;
     if (size < 0) return system_error(path);
     content.append(piece.data(), static_cast<std::size_t>(size));
-    if (content.size() > bytes_max)
-      return Error(Errc::kTooBig,
-                   path + ": larger than " +
-                       (bytes_max < kMiB ? std::to_string(bytes_max) + " bytes"
-                                         : std::to_string(bytes_max / kMiB) + " MB"));
+    if (content.size() > bytes_max) return too_big(path, bytes_max);
   }
   return content;
 }

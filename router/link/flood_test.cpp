@@ -85,6 +85,7 @@ TEST_F(Flood, OfHellosUsesNoMemoryAndLittleTime) {
   links_.for_each([&](const Link& link) { up += link.is_up() ? 1U : 0U; });
   ASSERT_EQ(up, kLinks);
   give(address_of(0), hello_of(0, 3, 4));
+  now_ += 1s;
   const std::size_t events = hooks_.events;
   sender_.bytes = 0;
   const std::size_t before = test::allocations();
@@ -128,7 +129,7 @@ TEST_F(Flood, OfHellosLeavesAnswersForOthersInTheNextMoment) {
   sender_.bytes = 0;
   give(address_of(1), SealedHello{1});
   EXPECT_EQ(sender_.bytes, 0U);
-  now_ += 1s / Reception::kRetriesPerSecond;
+  now_ += Duration(1s) / static_cast<Duration::rep>(Reception::kRetriesPerSecond);
   give(address_of(1), SealedHello{1});
   EXPECT_EQ(sender_.bytes, 24U);
 }

@@ -8,12 +8,15 @@
 #include "security/keys/interrupted_fixture.h"
 #include "security/keys/join_desk.h"
 #include "security/keys/members_fixture.h"
+#include "tests/support/patience.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::interrupted_test {
 
 namespace fs = std::filesystem;
 constexpr std::int64_t kNow = 1'800'000'000;
+// Of the steps of a work, builds with sanitizers try some: each costs them a process.
+constexpr int kStride = test::kSlowdown == 1 ? 1 : 5;
 
 Identity base_identity() {
   return {
@@ -32,7 +35,7 @@ class InterruptedTest : public testing::TestWithParam<Interruption> {
     if (!fs::exists(used)) fs::create_directory(used);
     copy(used, kept);
     int steps = 0;
-    for (bool reached = true; reached; ++steps) {
+    for (bool reached = true; reached; steps += kStride) {
       copy(kept, used);
       const Interrupted interrupted = run_interrupted(work, GetParam(), steps);
       reached = interrupted.reached;

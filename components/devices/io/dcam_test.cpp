@@ -63,12 +63,12 @@ class DcamTest : public testing::Test, protected tims::test::Dc1394Scene {
 };
 
 TEST_F(DcamTest, FramesComeWithTheirHeadTheirTimesAndTheControls) {
+  const Time begin = tims::os::now();
   const auto camera = open("dcam:0?size=640x480&format=UYVY&rate=20");
   ASSERT_TRUE(camera) << camera.error().message();
   EXPECT_EQ((*camera)->description(), "IIDC camera 00b09d0100a1b2c3 (Nobody Stand-in?) 640x480");
   EXPECT_EQ(state("sending"), 1);
   EXPECT_EQ(state("rate"), DC1394_FRAMERATE_30);
-  const Time begin = tims::os::now();
   ASSERT_TRUE(receive(**camera, 3));
   EXPECT_EQ(head_, (VideoHead{video::kUyvy, 640, 480, 1280}));
   for (const Frame& frame : frames_) {
