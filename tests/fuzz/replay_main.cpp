@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   for (const auto& entry : fs::directory_iterator(argv[2])) paths.push_back(entry.path());
   std::ranges::sort(paths);
   std::vector<Bytes> seeds;
+  seeds.reserve(paths.size());
   for (const fs::path& path : paths) seeds.push_back(read(path));
   std::size_t copies = 0;
   for (const Bytes& seed : seeds) copies += copies_of(seed);

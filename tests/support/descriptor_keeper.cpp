@@ -83,7 +83,7 @@ Result<ExitStatus> DescriptorKeeper::end(ChildProcess& program, int signal) {
   std::vector<std::string> let_go;
   const Time deadline = os::deadline_after(kPatience);
   for (;;) {
-    const auto status = program.wait(std::chrono::milliseconds(1));
+    auto status = program.wait(std::chrono::milliseconds(1));
     for (auto report = receive({}); report; report = receive({})) take(std::move(*report), let_go);
     if (status || os::now() >= deadline) return status;
   }
