@@ -46,14 +46,14 @@ void Reception::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   const std::uint64_t epoch = hello.identity.epoch;
   // Nothing is stored, looked up or sent at length for an unverified address.
   if (!resumes && !admission_.is_proven(now, from, hello.token, epoch, hello.cookie))
-    return ask_for_cookie(now, from, admission_.retry(now, from, hello.token, epoch));
+    return ask_for_cookie(now, from, hello.token, epoch);
   admit(now, caller, hello);
 }
 
 void Reception::on_hello(Time now, const NetAddress& from, const SealedHello& hello) {
   if (const auto cookie = handshakes_.cookie_of(from, hello.token))
     return answer(now, {from}, Retry{hello.token, *cookie});
-  ask_for_cookie(now, from, admission_.retry(now, from, hello.token, 0));
+  ask_for_cookie(now, from, hello.token, 0);
 }
 
 void Reception::on_crypto(Time now, const NetAddress& from, const Crypto& crypto) {
@@ -234,8 +234,9 @@ void Reception::welcome(Time now, const Caller& caller, const Hello& hello, cons
                  .codecs = kCodecs});
 }
 
-void Reception::ask_for_cookie(Time now, const NetAddress& from, const Retry& retry) {
-  if (retries_.try_take(now)) return answer(now, {from}, retry);
+void Reception::ask_for_cookie(Time now, const NetAddress& from, std::uint64_t token,
+                               std::uint64_t epoch) {
+  if (retries_.try_take(now)) return answer(now, {from}, admission_.retry(now, from, token, epoch));
   ++refused_;
 }
 

@@ -107,7 +107,7 @@ class Reception final : private Handshakes::Observer {
   void welcome(Time now, const Caller& caller, const Hello& hello, const Link& link,
                std::optional<std::uint8_t> resumed);
   void refuse(Time now, const Caller& caller, const Refuse& refusal);
-  void ask_for_cookie(Time now, const NetAddress& from, const Retry& retry);
+  void ask_for_cookie(Time now, const NetAddress& from, std::uint64_t token, std::uint64_t epoch);
   template <typename Datagram>
   void answer(Time now, const Caller& caller, const Datagram& datagram);
 
