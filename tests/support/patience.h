@@ -17,7 +17,7 @@ inline constexpr int kSlowdown = 1;
 #endif
 
 // Long enough for a loaded machine; only a failing test waits for so long.
-inline constexpr Duration kPatience = kSlowdown * std::chrono::seconds(20);
+inline constexpr Duration kPatience = kSlowdown * std::chrono::seconds(45);
 inline constexpr int kPatienceMs = static_cast<int>(kPatience / std::chrono::milliseconds(1));
 
 // The number of seeds that this build tries: the release build tries all, to find rare failures;

@@ -44,6 +44,7 @@ TEST_F(GdosLogTest, IsAComponentLikeOthers) {
 // For who comes late, on any host.
 TEST_F(GdosLogTest, SendsTheNewestTexts) {
   start_log();
+  EXPECT_TRUE(comes_to_be_kept("Module on"));
   send_text("look out");
   EXPECT_TRUE(comes_to_be_kept("look out"));
   auto log = proxy<rack::GdosLogProxy>(kLog);
