@@ -116,7 +116,9 @@ test('the loss of a link that the console sets is measured', async () => {
   await page.getByText(/, 1 in trouble/).waitFor();
   await robot.getByRole('link', { name: 'Its link' }).click();
   await page.getByRole('heading', { name: /robot1 up, poor/ }).waitFor();
+  await page.getByText('Faults are injected into what is sent to it: 40 % lost').waitFor();
   await page.goto(`${base.address}/#/simulation`);
+  await eventually(async () => (await box.inputValue()) === '40', 'the loss in force is shown');
   await page.getByRole('button', { name: 'None' }).first().click();
   await watched.close();
 });

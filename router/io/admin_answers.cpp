@@ -317,8 +317,9 @@ class Answerer {
     json::object out = frame("tims/link/1");
     const link::Links* links = source_.links();
     Page& page = page_.emplace();
-    fill_page(out, links, question_, page,
-              [&](const link::Link& link) { return to_json(*links, link, router_, clocks_.now); });
+    fill_page(out, links, question_, page, [&](const link::Link& link) {
+      return to_json(*links, link, router_, source_.faults_of(link), clocks_.now);
+    });
     return out;
   }
 

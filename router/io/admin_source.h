@@ -125,6 +125,8 @@ class AdminSource : public core::Interface {
   // Executes the request; returns false when the link does not exist.
   virtual bool act_on_link(std::string_view, link::Links::Action) { return false; }
   virtual bool inject_faults(std::string_view, const link::Faults&) { return false; }
+  // Those in force; null: none.
+  [[nodiscard]] virtual const link::Faults* faults_of(const link::Link&) const { return nullptr; }
   virtual void set_static_routes(const std::vector<core::StaticRoute>&) {}
   // The client has changed the router: for the log.
   virtual void changed(Time, core::ClientId, std::string_view /*what*/) {}

@@ -76,6 +76,11 @@ std::size_t parts_space(std::uint32_t message_max) {
   return link::MessageMemory::kPlacesMax * link::MessageMemory::place_bytes(message_max);
 }
 
+// Its peer's name or the address it is to be established to, as in a question.
+bool has_name(const link::Link& link, std::string_view name) {
+  return link.peer().name.view() == name || link.settings().to == name;
+}
+
 }  // namespace
 
 DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, const config::Config& config)
@@ -494,8 +499,7 @@ bool LinkPort::inject_faults(std::string_view name, const link::Faults& faults) 
   // It may have had other addresses at the previous request.
   bool found = std::erase_if(injected_, [&](const auto& i) { return i.second.link == name; }) > 0;
   links_.for_each([&](const link::Link& link) {
-    const bool meant = link.peer().name.view() == name || link.settings().to == name;
-    if (!meant) return;
+    if (!has_name(link, name)) return;
     found = true;
     std::vector<link::NetAddress> places = link.paths().to_call(false);
     if (link.address()) places.push_back(link.address());
@@ -509,6 +513,12 @@ bool LinkPort::inject_faults(std::string_view name, const link::Faults& faults) 
   });
   choose_sender();
   return found;
+}
+
+const link::Faults* LinkPort::faults_of(const link::Link& link) const {
+  for (const auto& [to, injected] : injected_)
+    if (has_name(link, injected.link)) return &injected.faults.faults();
+  return injected_everywhere_ ? &injected_everywhere_->faults() : nullptr;
 }
 
 void LinkPort::clear_faults() {

@@ -117,6 +117,8 @@ class LinkPort final : private link::LinksShell,
   // Sets the faults of all outgoing datagrams, replacing earlier ones; with a name, only those of
   // one link. Returns false when no link has this name.
   bool inject_faults(std::string_view name, const link::Faults& faults);
+  // The faults of what is sent over the link by UDP; null: none.
+  [[nodiscard]] const link::Faults* faults_of(const link::Link& link) const;
 
   [[nodiscard]] const link::Links& links() const { return links_; }
   [[nodiscard]] bool is_in_fleet() const { return dds_.has_value(); }

@@ -131,6 +131,17 @@ json::value thin_text(const policy::RuleText& rule) {
   return text(out);
 }
 
+// As the question `fault` names them.
+json::object faults_json(const link::Faults& faults) {
+  return {{"loss", faults.loss},
+          {"duplicate", faults.duplicate},
+          {"reorder", faults.reorder},
+          {"delay_s", seconds(faults.delay)},
+          {"jitter_s", seconds(faults.jitter)},
+          {"rate", faults.rate},
+          {"blackout", faults.blackout}};
+}
+
 // The current address, or else the first candidate.
 json::value peer_address(const link::Link& link) {
   if (link.address()) return text(link.address());
@@ -470,7 +481,7 @@ json::object compression_json(const link::Link& link) {
 }
 
 json::object to_json(const link::Links& links, const link::Link& link, const core::Router& router,
-                     Time now) {
+                     const link::Faults* faults, Time now) {
   const link::LinkSession& session = link.session();
   const auto& counters = session.counters();
   const core::Client none;
@@ -509,6 +520,7 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
        {"in_flight_bytes", session.in_flight()},
        {"queue_delay_s", seconds(session.congestion().queue_delay())},
        {"rate_limit_bytes_per_s", link.settings().session.rate},
+       {"faults", faults == nullptr ? json::value() : json::value(faults_json(*faults))},
        {"queue_bytes", std::move(queue)},
        {"packets_in", counters.packets_in},
        {"packets_out", counters.packets_out},

@@ -46,9 +46,9 @@ boost::json::object to_json(const link::Link& link, Time now);
 // A router that a link announced before the link went down.
 boost::json::object to_json(const core::MissingRouter& missing, const AddressWidths& widths,
                             Time now);
-// One link with all its state.
+// One link with all its state. `faults`: those in force; null: none.
 boost::json::object to_json(const link::Links& links, const link::Link& link,
-                            const core::Router& router, Time now);
+                            const core::Router& router, const link::Faults* faults, Time now);
 boost::json::object to_json(const DdsReport& report);
 // A router that announces itself in the fleet.
 boost::json::object to_json(const link::Links& links, const link::Announcement& announcement);

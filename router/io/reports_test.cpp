@@ -78,7 +78,8 @@ TEST(Reports, TheDocumentHasEveryField) {
     if (link == nullptr && one.is_up()) link = &one;
   });
   ASSERT_NE(link, nullptr);
-  const json::object link_report = to_json(links, *link, lab.router(), now);
+  const link::Faults faults;
+  const json::object link_report = to_json(links, *link, lab.router(), &faults, now);
   ProcessReport process = lab.process(now);
   process.udp_socket = UdpReport();
   process.keys = KeysReport();

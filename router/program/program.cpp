@@ -167,6 +167,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   bool inject_faults(std::string_view name, const link::Faults& faults) override {
     return links_.inject_faults(name, faults);
   }
+  [[nodiscard]] const link::Faults* faults_of(const link::Link& link) const override {
+    return links_.faults_of(link);
+  }
   void set_static_routes(const std::vector<core::StaticRoute>& routes) override {
     router_.set_static_routes(routes);
   }

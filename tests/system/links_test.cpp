@@ -317,7 +317,11 @@ TEST_F(Tree, APermittedRouterInjectsFaults) {
   EXPECT_THAT(link_loss("base", "blackout"), HasSubstr("robot1, datagrams to base: blackout"));
   EXPECT_TRUE(
       eventually([&] { return !base->knows(Address(0x01000200)); }, "the base receives nothing"));
+  EXPECT_THAT(robot->timsctl({"link", "show"}),
+              HasSubstr("what is sent to base: nothing is sent; `timsctl sim"));
+  EXPECT_THAT(robot->timsctl({"link", "show", "arm", "--json"}), HasSubstr(R"("faults":null)"));
   EXPECT_THAT(link_loss("all", "heal"), HasSubstr("perfect"));
+  EXPECT_THAT(robot->timsctl({"link", "show"}), Not(HasSubstr("injected")));
   EXPECT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "it is known again"));
 
   EXPECT_THAT(link_loss("basse", "loss=10%"), HasSubstr("there are links to base, arm"));

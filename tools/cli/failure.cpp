@@ -173,6 +173,8 @@ constexpr CatalogueEntry kEntries[] = {
      "synchronise both clocks (chrony): `timsctl clock`"},
     {"links.loss", "doctor", "datagrams that are lost on a link",
      "check radio, cable, and other traffic: `timsctl link show -o wide -w`"},
+    {"links.faults", "doctor", "faults that somebody has injected into what is sent over a link",
+     "`timsctl sim fault --link all heal` ends them; without sim.faults nobody can inject any"},
     {"routers.duplicate", "doctor", "two running routers with the same system and id",
      "give one of them another [router] id; `timsctl route watch` names both. A cloned card has "
      "the "

@@ -26,6 +26,7 @@
 #include "tools/cli/context.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/component_client.h"
+#include "tools/timsctl/link_faults.h"
 
 namespace timsctl {
 
@@ -291,8 +292,12 @@ class Doctor {
   void links() {
     const std::size_t before = findings_.size();
     socket_buffers();
-    for (const json::object& link : objects(observed_.links))
+    for (const json::object& link : objects(observed_.links)) {
       text_at(link, "state") == "up" ? link_works(link) : link_is_not_up(link);
+      if (const std::string faults = injected_faults(link); !faults.empty())
+        add("links.faults", Level::kWarning,
+            fmt::format("faults are injected into what is sent to {}: {}", name_of(link), faults));
+    }
     if (findings_.size() == before && !observed_.links.empty())
       add("links", Level::kOk,
           fmt::format("{} link{} up", observed_.links.size(),

@@ -302,6 +302,24 @@ TEST(LinkDoctor, SmallDatagramsOnly) {
   EXPECT_EQ(finding(young).level, Level::kOk) << "still being found out";
 }
 
+TEST(LinkDoctor, FaultsThatSomebodyHasInjected) {
+  EXPECT_EQ(with("faults", nullptr).level, Level::kOk);
+  const json::object faults = object(R"({"loss": 0.105, "duplicate": 0, "reorder": 0.01,
+      "delay_s": 0.02, "jitter_s": 0.005, "rate": 125000, "blackout": false})");
+  Finding f = with("faults", faults);
+  EXPECT_EQ(f.id, "links.faults");
+  EXPECT_EQ(f.level, Level::kWarning);
+  EXPECT_EQ(f.text,
+            "faults are injected into what is sent to base (super): 10.5% lost, 1% out of order, "
+            "20.00ms late, up to 5.00ms later, at most 122.1 KiB/s");
+  json::object silent = healthy_link();
+  silent["state"] = "silent";
+  silent["faults"] = {{"loss", 0.1}, {"blackout", true}};
+  f = finding(silent);
+  EXPECT_EQ(f.id, "links.faults");
+  EXPECT_THAT(f.text, HasSubstr("nothing is sent"));
+}
+
 TEST(LinkDoctor, LossAndClock) {
   Finding f = with("loss_out", 0.2);
   EXPECT_EQ(f.id, "links.loss");

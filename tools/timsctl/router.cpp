@@ -21,6 +21,7 @@
 #include "tools/cli/service.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/doctor.h"
+#include "tools/timsctl/link_faults.h"
 
 namespace timsctl {
 
@@ -358,7 +359,14 @@ std::string draw_links(const json::object& answer, const Look& look) {
   std::string text = render_items(items_of(answer), kLinks, look);
   json::array paths;
   for (const json::object& link : objects(items_of(answer))) add_paths(link, paths);
-  if (!paths.empty() && look.for_people()) text += "\n" + render_items(paths, kPaths, look);
+  if (!look.for_people()) return text;
+  if (!paths.empty()) text += "\n" + render_items(paths, kPaths, look);
+  for (const json::object& link : objects(items_of(answer)))
+    if (const std::string faults = injected_faults(link); !faults.empty())
+      text += fmt::format(
+          "faults are injected into what is sent to {0}: {1}; `timsctl sim fault --link {0} heal` "
+          "ends them\n",
+          base::printable(text_at(link, "via")), faults);
   return text;
 }
 

@@ -36,6 +36,19 @@ test('a line that is too slow, and a wrong clock', () => {
   assert.equal(healthOf({ clock: { offset_s: 0.99, uncertainty_s: 0 } }), 'good');
 });
 
+test('faults that somebody has injected', () => {
+  const faults = { loss: 0.2, duplicate: 0, reorder: 0, delay_s: 0.1, jitter_s: 0, rate: 125000, blackout: false };
+  const text = (link: LinkItem) => linkTroubles(link).map((trouble) => trouble.text);
+  assert.equal(healthOf({ faults: null }), 'good');
+  assert.deepEqual(text({ ...up, faults }), [
+    'Faults are injected into what is sent to it: 20 % lost, 100 ms late, at most 125 kB/s',
+  ]);
+  assert.deepEqual(text({ ...up, state: 'silent', faults: { ...faults, blackout: true } }), [
+    'The link is silent',
+    'Faults are injected into what is sent to it: nothing is sent',
+  ]);
+});
+
 test('a link that is not up says why', () => {
   assert.deepEqual(linkTroubles({ ...up, state: 'silent', loss_out: 0.5 }), [
     { health: 'bad', text: 'The link is silent' },

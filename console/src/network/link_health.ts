@@ -1,7 +1,7 @@
 // Whether a link serves as it should, and if not, why, in words. Pure.
 
-import { duration, percent } from '../ui/quantities';
-import type { LinkItem } from './reports';
+import { bytes, duration, percent } from '../ui/quantities';
+import type { InjectedFaults, LinkItem } from './reports';
 
 export type Health = 'good' | 'warn' | 'bad';
 
@@ -17,8 +17,17 @@ const delaySeen = 0.3; // s; this long a message waits before it goes out
 const clockSeen = 1; // s; data of other hosts seem older or newer by that
 
 export function linkTroubles(link: LinkItem): LinkTrouble[] {
-  if (link.state !== 'up')
-    return [{ health: 'bad', text: link.refusal === null ? `The link is ${link.state}` : `Refused: ${link.refusal}` }];
+  const troubles = link.state === 'up' ? troublesOfSession(link) : [whyNotUp(link)];
+  if (link.faults != null)
+    troubles.push({ health: 'warn', text: `Faults are injected into what is sent to it: ${faultsText(link.faults)}` });
+  return troubles;
+}
+
+function whyNotUp({ refusal, state }: LinkItem): LinkTrouble {
+  return { health: 'bad', text: refusal === null ? `The link is ${state}` : `Refused: ${refusal}` };
+}
+
+function troublesOfSession(link: LinkItem): LinkTrouble[] {
   const troubles: LinkTrouble[] = [];
   const { loss_out, loss_in, queue_delay_s, clock } = link;
   for (const [loss, where] of [
@@ -41,6 +50,22 @@ export function linkTroubles(link: LinkItem): LinkTrouble[] {
       text: `Its clock is ${duration(Math.abs(clock.offset_s))} ${clock.offset_s > 0 ? 'ahead' : 'behind'}`,
     });
   return troubles;
+}
+
+function faultsText(faults: InjectedFaults): string {
+  if (faults.blackout) return 'nothing is sent';
+  const parts: [number, string][] = [
+    [faults.loss, `${percent(faults.loss)} lost`],
+    [faults.duplicate, `${percent(faults.duplicate)} sent twice`],
+    [faults.reorder, `${percent(faults.reorder)} out of order`],
+    [faults.delay_s, `${duration(faults.delay_s)} late`],
+    [faults.jitter_s, `up to ${duration(faults.jitter_s)} later`],
+    [faults.rate, `at most ${bytes(faults.rate)}/s`],
+  ];
+  return parts
+    .filter(([size]) => size > 0)
+    .map(([, text]) => text)
+    .join(', ');
 }
 
 export function worst(troubles: LinkTrouble[]): Health {

@@ -22,6 +22,17 @@ export interface RouterItem {
   version?: string;
 }
 
+// Of what a router sends over a link, as the question `fault` names them.
+export interface InjectedFaults {
+  loss: number; // 0 to 1, as the next two
+  duplicate: number;
+  reorder: number;
+  delay_s: number;
+  jitter_s: number;
+  rate: number; // bytes a second; 0: no limit
+  blackout: boolean;
+}
+
 export interface LinkItem extends Omit<RouterItem, 'state'> {
   state: 'idle' | 'connecting' | 'refused' | 'up' | 'silent' | 'down';
   path: string | null;
@@ -41,6 +52,7 @@ export interface LinkItem extends Omit<RouterItem, 'state'> {
   mailboxes: number;
   drops: number;
   queue_delay_s: number | null;
+  faults?: InjectedFaults | null; // missing: an older router does not report them
 }
 
 export interface RouteAnswer {

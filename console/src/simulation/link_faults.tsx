@@ -1,6 +1,7 @@
 // Faults of the links of a router: loss, delay and rate of what it sends, for a router with sim.faults.
 
 import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import type { AdminError } from '../model/admin';
 import { useAdminList } from '../network/admin_list';
@@ -27,8 +28,7 @@ export function LinkFaults() {
         <RouterChoice />
       </p>
       <p class="faint">
-        They change what this router sends, also when somebody else has set them: the router, which needs sim.faults =
-        true, does not tell the present ones.
+        They change what this router sends, and are shown whoever has set them. The router needs sim.faults = true.
       </p>
       <FaultsOf key={router} router={router} />
     </section>
@@ -49,15 +49,27 @@ function FaultsOf({ router }: { router: number }) {
   );
 }
 
+function inForce({ faults }: LinkItem): Faults {
+  if (faults == null) return none;
+  const { loss, delay_s, jitter_s, blackout } = faults;
+  return { loss: 100 * loss, delay: 1000 * delay_s, jitter: 1000 * jitter_s, blackout };
+}
+
 function LinkFault({ name, link, router }: { name: string; link: LinkItem; router: number }) {
   const { admin } = useConsole();
-  const faults = useSignal<Faults>(none);
+  const faults = useSignal(inForce(link));
+  const reported = JSON.stringify(link.faults);
+  // Only what the router reports anew replaces what was entered.
+  useEffect(() => {
+    faults.value = inForce(link);
+  }, [reported]);
   const report = useSignal({ text: '', bad: false });
   const apply = async (next: Faults) => {
     faults.value = next;
     const { loss, delay, jitter, blackout } = next;
     try {
       const question = {
+        ...(next === none ? {} : link.faults),
         ask: 'fault',
         link: name,
         loss: loss / 100,
