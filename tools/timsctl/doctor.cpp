@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <grp.h>
 #include <pwd.h>
 #include <sys/mman.h>
@@ -26,7 +27,6 @@
 #include "tools/cli/context.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/component_client.h"
-#include "tools/timsctl/link_faults.h"
 
 namespace timsctl {
 
@@ -460,6 +460,25 @@ std::string_view name(Level level) {
 }
 
 // --- links to other routers
+
+std::string injected_faults(const json::object& link) {
+  if (text_at(link, "faults.blackout") == "true") return "nothing is sent";
+  std::vector<std::string> parts;
+  const auto add = [&](const char* field, const auto& text) {
+    const double value = number_or_zero(link, fmt::format("faults.{}", field));
+    if (value > 0) parts.push_back(text(value));
+  };
+  const auto share = [](const char* what) {
+    return [what](double value) { return fmt::format("{:.3g}% {}", 100 * value, what); };
+  };
+  add("loss", share("lost"));
+  add("duplicate", share("sent twice"));
+  add("reorder", share("out of order"));
+  add("delay_s", [](double value) { return base::human_duration(value) + " late"; });
+  add("jitter_s", [](double value) { return "up to " + base::human_duration(value) + " later"; });
+  add("rate", [](double value) { return "at most " + base::human_bytes(value) + "/s"; });
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
 
 std::vector<Finding> judge_links(const Observations& observed) {
   return Doctor(observed).examine_links();

@@ -85,6 +85,9 @@ inline constexpr std::size_t kReceiversShown = 5;
 std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes);
 // Findings about links to other routers.
 std::vector<Finding> judge_links(const Observations& observed);
+// What somebody has injected into the link of this item of tims/link/1 (`timsctl sim fault
+// --link`): "10% lost, 20.00ms late"; empty: nothing.
+std::string injected_faults(const json::object& link);
 std::string_view name(Level level);
 
 }  // namespace timsctl

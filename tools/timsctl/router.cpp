@@ -21,7 +21,6 @@
 #include "tools/cli/service.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/doctor.h"
-#include "tools/timsctl/link_faults.h"
 
 namespace timsctl {
 
@@ -357,9 +356,9 @@ void add_paths(const json::object& link, json::array& all) {
 
 std::string draw_links(const json::object& answer, const Look& look) {
   std::string text = render_items(items_of(answer), kLinks, look);
+  if (!look.for_people()) return text;
   json::array paths;
   for (const json::object& link : objects(items_of(answer))) add_paths(link, paths);
-  if (!look.for_people()) return text;
   if (!paths.empty()) text += "\n" + render_items(paths, kPaths, look);
   for (const json::object& link : objects(items_of(answer)))
     if (const std::string faults = injected_faults(link); !faults.empty())
