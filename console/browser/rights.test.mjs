@@ -156,8 +156,8 @@ test('pages: what would command is disabled', async () => {
   const watched = await opened('#/fleet');
   const { page } = watched;
   const bar = page.locator('header.bar');
-  await bar.getByRole('button', { name: 'Stop all robots' }).waitFor();
-  assert.deepEqual(await disabledIn(bar), ['Stop all robots']);
+  await bar.getByRole('button', { name: `Stop robot ${system}` }).waitFor();
+  assert.deepEqual(await disabledIn(bar), [`Stop robot ${system}`]);
   for (const [path, wait, names] of [
     ['#/fleet', 'All off', ['Stop', 'All off']],
     [`#/robot/${system}`, 'All off', ['All off', 'Pilot/0: ']],

@@ -222,9 +222,10 @@ cmp <(sed -n '/^\[/,$p' "$prefix/share/thermometer/robot.toml") <(sed -n 1,3p "$
 "$prefix/bin/timsctl" up "$work/robot.toml" >"$work/up.log" 2>&1 &
 running+=($!)
 
-# until COMMAND...: repeats the command until it succeeds; a failure prints its output.
+# until_works COMMAND...: repeats the command until it succeeds, for 60 s at most; a failure prints its output.
 until_works() {
-  for _ in $(seq 100); do
+  local end=$((SECONDS + 60))
+  while ((SECONDS < end)); do
     if "$@" >"$work/last" 2>&1; then return; fi
     sleep 0.1
   done

@@ -147,7 +147,7 @@ until_true() {
   shift
   until "$@" >/dev/null 2>&1; do
     [[ $SECONDS -lt $end ]] || fail "this does not come true: $text"
-    read -rt 0.1 <> <(:) || true
+    read -rt 0.3 <> <(:) || true
   done
 }
 

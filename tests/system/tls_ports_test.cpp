@@ -23,7 +23,7 @@ namespace tims::test::tls_ports_test {
 namespace json = boost::json;
 
 constexpr const char* kProgram = "/usr/bin/testssl";
-constexpr std::chrono::seconds kLimit(600);  // testssl.sh starts thousands of programs
+constexpr std::chrono::seconds kLimit(280);  // testssl.sh starts thousands of programs
 // A fleet is its own authority, and lists what it revokes itself; no expiry stops a robot.
 // What OpenSSL's program on this host lacks is no fault of the ports.
 constexpr std::array<std::string_view, 5> kMeantSo{"cert_trust", "cert_chain_of_trust",

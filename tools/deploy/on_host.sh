@@ -512,15 +512,19 @@ job() {
   if [ -s next/plan ] || [ -s next/changes ] || [ ! -d current ]; then keep; else finish same; fi
 }
 
-# follow: what the job says, until its end.
+# follow: what the job says, until its end. Few processes: those of a small host are needed for the job.
 follow() {
   lines=0 ended=''
   while [ -z "$ended" ]; do
     ended=yes
     has_result || ! job_runs || ended=''
     if [ -f progress ]; then
-      sed -n "$((lines + 1)),\$p" progress | sed 's/^/step /'
-      lines=$(wc -l <progress)
+      read_lines=0
+      while read -r line; do
+        read_lines=$((read_lines + 1))
+        [ $read_lines -le $lines ] || say "step $line"
+      done <progress
+      lines=$read_lines
     fi
     [ -n "$ended" ] || sleep 0.2
   done

@@ -253,12 +253,16 @@ function RobotCard({ row, router, driver }: CardProperties) {
       </p>
       {driver !== undefined && <p class="small">{driver.holder} drives it</p>}
       <ul class="troubles">
-        {line.map(({ health, text }) => (
-          <li key={text} class={health}>
+        {line.length > 0 && (
+          <li class={line.some(({ health }) => health === 'bad') ? 'bad' : 'warn'}>
             <Icon name="warning" /> <a href="#/network?tab=links">Its link</a>
-            <p class="small">{text}</p>
+            {line.map(({ text }) => (
+              <p key={text} class="small">
+                {text}
+              </p>
+            ))}
           </li>
-        ))}
+        )}
         {bad.map((component) => (
           <li key={component.address} class={component.state.value === 'error' ? 'bad' : 'warn'}>
             <Lamp state={component.state.value} />{' '}
