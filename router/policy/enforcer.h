@@ -88,18 +88,23 @@ class RecentPasses {
   void keep(const Profile& profile, const Header& header, const Verdict& verdict);
 
  private:
+  // Two numbers, so that two comparisons are enough for each message.
   struct Pass {
-    std::uint32_t profile = 0;  // 0: none
-    Address dest{};
-    Address src{};
+    std::uint64_t ends = 0;
+    std::uint64_t kind = 0;  // 0: none
     RuleNumber rule = 0;
-    std::uint8_t flags = 0;
-    std::int8_t type = 0;
-    std::uint8_t priority = 0;
   };
   static constexpr unsigned kBits = 3;
 
   static std::size_t place(Address dest) { return dest.raw() * 0x9E3779B1U >> (32 - kBits); }
+  static std::uint64_t ends(const Header& header) {
+    return std::uint64_t{header.dest.raw()} << 32 | header.src.raw();
+  }
+  // Of a profile, whose number is never 0.
+  static std::uint64_t kind(const Profile& profile, const Header& header) {
+    return std::uint64_t{profile.id()} << 32 | std::uint64_t{header.flags} << 16 |
+           std::uint64_t{static_cast<std::uint8_t>(header.type)} << 8 | header.priority;
+  }
 
   std::array<Pass, 1U << kBits> passes_{};
 };
@@ -217,21 +222,14 @@ class Enforcer {
 inline std::optional<RuleNumber> RecentPasses::find(const Profile& profile,
                                                     const Header& header) const {
   const Pass& pass = passes_[place(header.dest)];
-  const bool same = pass.profile == profile.id() && pass.dest == header.dest &&
-                    pass.src == header.src && pass.type == header.type &&
-                    pass.flags == header.flags && pass.priority == header.priority;
+  const bool same = pass.ends == ends(header) && pass.kind == kind(profile, header);
   return same ? std::optional(pass.rule) : std::nullopt;
 }
 
 inline void RecentPasses::keep(const Profile& profile, const Header& header,
                                const Verdict& verdict) {
-  passes_[place(header.dest)] = {.profile = profile.id(),
-                                 .dest = header.dest,
-                                 .src = header.src,
-                                 .rule = verdict.rule,
-                                 .flags = header.flags,
-                                 .type = header.type,
-                                 .priority = header.priority};
+  passes_[place(header.dest)] = {
+      .ends = ends(header), .kind = kind(profile, header), .rule = verdict.rule};
 }
 
 }  // namespace tims::policy
