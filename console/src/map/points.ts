@@ -38,8 +38,9 @@ export class PointBuffer {
     const from = Math.max(0, left);
     const to = Math.min(width, left + size);
     const bottom = Math.min(height, top + size);
-    for (let row = Math.max(0, top); row < bottom && from < to; ++row)
-      this.pixels.fill(colour, row * width + from, row * width + to);
+    const { pixels } = this;
+    for (let row = Math.max(0, top); row < bottom; ++row)
+      for (let at = row * width + from; at < row * width + to; ++at) pixels[at] = colour;
   }
 
   // Above what is painted already.
@@ -55,8 +56,12 @@ export class PointBuffer {
   }
 }
 
+// A pixel as the memory of a picture has it; each part is a whole number from 0 to 255.
+export const opaque = (red: number, green: number, blue: number): number =>
+  (0xff000000 | (blue << 16) | (green << 8) | red) >>> 0;
+
 // "#rrggbb" as a pixel.
 export function pixelOf(colour: string): number {
   const value = Number.parseInt(colour.slice(1), 16);
-  return (0xff000000 | ((value & 0xff) << 16) | (value & 0xff00) | (value >> 16)) >>> 0;
+  return opaque(value >> 16, (value >> 8) & 0xff, value & 0xff);
 }

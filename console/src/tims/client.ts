@@ -4,6 +4,7 @@ import { type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import { className } from '../codec/catalogue';
 import { fieldsOf } from './address';
 import type { Answer } from './calls';
+import { FrameQueue } from './frame_queue';
 import { flags, types } from './header';
 import type { StickPosition } from './joystick';
 import { hindrance } from './login';
@@ -47,7 +48,7 @@ export class Client {
   private readonly rates = new Map<number, Signal<StreamRate | undefined>>();
   private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
   private readonly pending = new Map<number, Pending>();
-  private readonly drawn: number[] = []; // streams whose sample waits for the frame that shows it
+  private readonly samples: FrameQueue<Sample>;
   private readonly broken = new Set<number>(); // streams with a receiver that has thrown
   private isHeard = false; // the worker has begun
   private failure: string | undefined;
@@ -58,6 +59,12 @@ export class Client {
     private readonly worker: Worker,
     url: string,
   ) {
+    const frames = { now: () => performance.now(), request: (begin: () => void) => requestAnimationFrame(begin) };
+    this.samples = new FrameQueue(
+      frames,
+      (sample) => this.deliver(sample),
+      (delivered) => this.askForNext(delivered),
+    );
     worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.take(data);
     worker.onerror = () => this.fail();
     this.post({ do: 'connect', url, origin: performance.timeOrigin });
@@ -223,7 +230,7 @@ export class Client {
         this.rateSignal.value = event.bytesPerSecond;
         break;
       case 'sample':
-        this.deliver(event.sample);
+        this.samples.push(event.sample);
         break;
       case 'stream':
         signalOf(this.states, event.component).value = event.state;
@@ -267,7 +274,6 @@ export class Client {
     return pending;
   }
 
-  // The next one is asked for when this one has been drawn, or cannot be.
   private deliver(sample: Sample): void {
     for (const receiver of [...(this.receivers.get(sample.component)?.values() ?? [])])
       try {
@@ -276,8 +282,12 @@ export class Client {
         if (!this.broken.has(sample.component)) reportError(error);
         this.broken.add(sample.component);
       }
-    if (sample.received > 0 && this.drawn.push(sample.component) === 1)
-      requestAnimationFrame(() => this.post({ do: 'taken', components: this.drawn.splice(0) }));
+  }
+
+  // The next ones are asked for when these have been drawn, or cannot be.
+  private askForNext(delivered: Sample[]): void {
+    const components = delivered.filter(({ received }) => received > 0).map(({ component }) => component);
+    if (components.length > 0) this.post({ do: 'taken', components });
   }
 }
 

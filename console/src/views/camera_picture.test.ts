@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { CameraData } from '../codec/messages';
-import { isGrey, NewestPicture, pixelsOf } from './camera_picture';
+import { decodePixels, isGrey, NewestPicture } from './camera_picture';
 import { colourTable } from './colour_tables';
 
 const picture = (mode: number, depth: number, bytes: number[]): CameraData => ({
@@ -13,7 +13,11 @@ const picture = (mode: number, depth: number, bytes: number[]): CameraData => ({
   colorFilterId: 0,
   image: Uint8Array.from(bytes),
 });
-const pixel = (data: CameraData, table?: string) => [...pixelsOf(data, table ? colourTable(table) : undefined)];
+function pixel(data: CameraData, table?: string): number[] {
+  const pixels = new Uint32Array(1);
+  decodePixels(data, pixels, table ? colourTable(table) : undefined);
+  return [...new Uint8Array(pixels.buffer)];
+}
 
 test('a grey level is shown by its upper 8 bits', () => {
   assert.deepEqual(pixel(picture(1, 8, [200])), [200, 200, 200, 255]);
@@ -29,12 +33,17 @@ test('a table colours the whole number', () => {
 test('modes of images without a name here are read by their depth', () => {
   const range = 51;
   assert.deepEqual(pixel(picture(range, 16, [0, 0x40])), [64, 64, 64, 255]);
-  assert.throws(() => pixelsOf(picture(range, 7, [0])), /range cannot be shown/);
+  assert.throws(() => pixel(picture(range, 7, [0])), /range cannot be shown/);
 });
 
 test('colours', () => {
   assert.deepEqual(pixel(picture(11, 24, [1, 2, 3])), [3, 2, 1, 255]);
   assert.deepEqual(pixel(picture(11, 24, [1, 2, 3]), 'grey to 63'), [3, 2, 1, 255]);
+  assert.deepEqual(pixel(picture(12, 16, [0xff, 0xff])), [248, 252, 248, 255]);
+  const yuv422 = 21;
+  assert.deepEqual(pixel(picture(yuv422, 16, [128, 77, 128, 0])), [77, 77, 77, 255]);
+  assert.deepEqual(pixel(picture(yuv422, 16, [0, 255, 255, 0])), [255, 208, 28, 255], 'cut off at white');
+  assert.deepEqual(pixel(picture(yuv422, 16, [255, 0, 0, 0])), [0, 48, 225, 255], 'and at black');
   assert(!isGrey(picture(11, 24, [])));
   assert(isGrey(picture(1, 8, [])));
 });

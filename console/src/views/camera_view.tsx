@@ -11,7 +11,7 @@ import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { needs } from '../ui/needs';
 import { useStream } from '../ui/use_stream';
-import { isGrey, modeName, NewestPicture, pictureOf, release } from './camera_picture';
+import { isGrey, modeName, NewestPicture, PictureMemory, release } from './camera_picture';
 import { colourTable, tableNames } from './colour_tables';
 import { type Mark, Picture, type Pixels } from './picture';
 import { StreamBox, type ViewProperties } from './view';
@@ -23,11 +23,12 @@ function useCamera(address: number, table: string) {
   const stream = useStream<CameraData>(address, period);
   const pixels = useSignal<Pixels | undefined>(undefined);
   const { attempt, Failure } = useAttempt();
+  const memory = useMemo(() => new PictureMemory(), []);
   const newest = useMemo(() => new NewestPicture((picture) => (pixels.value = picture)), [address]);
   const data = stream.value.value?.data;
   const shown = pixels.value;
   useEffect(() => {
-    if (data !== undefined) void attempt(() => newest.take(pictureOf(data, colourTable(table))));
+    if (data !== undefined) void attempt(() => newest.take(memory.picture(data, colourTable(table))));
   }, [data, table]);
   useEffect(() => () => newest.end(), [newest]);
   useEffect(() => () => release(shown), [shown]);

@@ -5,6 +5,7 @@ import { useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { decodeStruct, valueName } from '../codec/catalogue';
 import type { GridMapData, Scan3dRangeImageData } from '../codec/messages';
+import { opaque } from '../map/points';
 import { command } from '../model/commands';
 import { CheckBox } from '../ui/check_box';
 import { metres } from '../ui/quantities';
@@ -127,8 +128,8 @@ function rangesOf({ scanNum, scanPointNum: rows, points }: Scan3dRangeImageData,
 
 // From red (0) over yellow and green to blue (1).
 function heat(part: number): Pixel {
-  const ramp = (centre: number) => 255 * Math.max(0, Math.min(1, 1.5 - Math.abs(4 * part - centre)));
-  return [ramp(0.5) + ramp(-0.5), ramp(2), ramp(3.5) + ramp(4.5)];
+  const ramp = (centre: number) => Math.round(255 * Math.max(0, Math.min(1, 1.5 - Math.abs(4 * part - centre))));
+  return [Math.min(255, ramp(0.5) + ramp(-0.5)), ramp(2), Math.min(255, ramp(3.5) + ramp(4.5))];
 }
 
 function pictureOf(
@@ -138,8 +139,8 @@ function pictureOf(
 ): ImageData | undefined {
   if (width <= 0 || height <= 0) return undefined;
   const image = new ImageData(width, height);
+  const pixels = new Uint32Array(image.data.buffer);
   for (let row = 0; row < height; ++row)
-    for (let column = 0; column < width; ++column)
-      image.data.set([...colour(column, row), 255], 4 * (row * width + column));
+    for (let column = 0; column < width; ++column) pixels[row * width + column] = opaque(...colour(column, row));
   return image;
 }

@@ -3,7 +3,7 @@
 import { valueName } from '../codec/catalogue';
 import type { Elements } from '../codec/views';
 import { type MapColours, mapColours } from '../map/colours';
-import { eachEcho, pointType, segmentOf } from '../map/echoes';
+import { eachEcho, farthestEcho, pointType, segmentOf } from '../map/echoes';
 import { PointBuffer, pixelOf } from '../map/points';
 import { gridStep, type Point, type Size, toScreen, type View } from '../map/transform';
 import { resize } from './parts';
@@ -38,11 +38,7 @@ export function scanView(data: ScanData, { zoom, centre }: ScanLook, size: Size)
 
 // The farthest echo decides the scale, in steps, so that the picture does not breathe.
 function rangeOf({ points, maxRange }: ScanData): number {
-  let square = 1000 ** 2;
-  eachEcho(points, (x, y) => {
-    square = Math.max(square, x * x + y * y);
-  });
-  const rounded = 1000 * Math.SQRT2 ** Math.ceil(2 * Math.log2(Math.sqrt(square) / 1000));
+  const rounded = 1000 * Math.SQRT2 ** Math.ceil(2 * Math.log2(Math.max(1, farthestEcho(points) / 1000)));
   return maxRange > 0 ? Math.min(rounded, maxRange) : rounded;
 }
 
@@ -143,9 +139,9 @@ function addPoints(
     eachEcho(
       data.points,
       (forward, right, type, i) => {
-        if ((type & pointType.invalid) !== 0 && (forward !== 0 || right !== 0)) add(forward, right, type, i);
+        if (forward !== 0 || right !== 0) add(forward, right, type, i);
       },
-      pointType.beyondRange,
+      pointType.invalid,
     );
   eachEcho(data.points, add);
 }
