@@ -69,10 +69,12 @@ export function ConnectionNotice() {
 export function useNow(period: number): number {
   const now = useSignal(performance.now());
   useEffect(() => {
-    const timer = setInterval(() => {
+    let timer = setTimeout(turn, period * Math.random()); // not all parts of a page in the same frame
+    function turn() {
       now.value = performance.now();
-    }, period);
-    return () => clearInterval(timer);
+      timer = setTimeout(turn, period);
+    }
+    return () => clearTimeout(timer);
   }, [period]);
   return now.value;
 }
