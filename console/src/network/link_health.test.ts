@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { linkTroubles, worst } from './link_health';
+import { explainedTroubles, injectedFaults, linkTroubles, worst } from './link_health';
 import type { LinkItem } from './reports';
 
 const up = {
@@ -38,11 +38,12 @@ test('a line that is too slow, and a wrong clock', () => {
 
 test('faults that somebody has injected', () => {
   const faults = { loss: 0.2, duplicate: 0, reorder: 0, delay_s: 0.1, jitter_s: 0, rate: 125000, blackout: false };
-  const text = (link: LinkItem) => linkTroubles(link).map((trouble) => trouble.text);
-  assert.equal(healthOf({ faults: null }), 'good');
-  assert.deepEqual(text({ ...up, faults }), [
-    'Faults are injected into what is sent to it: 20 % lost, 100 ms late, at most 125 kB/s',
-  ]);
+  const text = (link: LinkItem) => explainedTroubles(link).map((trouble) => trouble.text);
+  const injected = 'Faults are injected into what is sent to it: 20 % lost, 100 ms late, at most 125 kB/s';
+  assert.equal(injectedFaults({ ...up, faults: null }), '');
+  assert.equal(injectedFaults({ ...up, faults }), injected);
+  assert.deepEqual(text({ ...up, faults }), [], 'no trouble by themselves');
+  assert.deepEqual(text({ ...up, faults, loss_out: 0.2 }), ['20 % of what is sent to it is lost', injected]);
   assert.deepEqual(text({ ...up, state: 'silent', faults: { ...faults, blackout: true } }), [
     'The link is silent',
     'Faults are injected into what is sent to it: nothing is sent',

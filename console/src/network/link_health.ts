@@ -17,10 +17,18 @@ const delaySeen = 0.3; // s; this long a message waits before it goes out
 const clockSeen = 1; // s; data of other hosts seem older or newer by that
 
 export function linkTroubles(link: LinkItem): LinkTrouble[] {
-  const troubles = link.state === 'up' ? troublesOfSession(link) : [whyNotUp(link)];
-  if (link.faults != null)
-    troubles.push({ health: 'warn', text: `Faults are injected into what is sent to it: ${faultsText(link.faults)}` });
-  return troubles;
+  return link.state === 'up' ? troublesOfSession(link) : [whyNotUp(link)];
+}
+
+// What somebody has injected to try what happens: no trouble by itself. Empty: nothing.
+export function injectedFaults({ faults }: LinkItem): string {
+  return faults == null ? '' : `Faults are injected into what is sent to it: ${faultsText(faults)}`;
+}
+
+// With the injected faults, which are the likely cause.
+export function explainedTroubles(link: LinkItem): LinkTrouble[] {
+  const [troubles, faults] = [linkTroubles(link), injectedFaults(link)];
+  return troubles.length === 0 || faults === '' ? troubles : [...troubles, { health: 'warn', text: faults }];
 }
 
 function whyNotUp({ refusal, state }: LinkItem): LinkTrouble {

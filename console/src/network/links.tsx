@@ -9,7 +9,7 @@ import { age, bytes, duration, percent } from '../ui/quantities';
 import { useAdminList } from './admin_list';
 import { askedRouter, RouterChoice } from './asked_router';
 import { Drops } from './drops';
-import { linkTroubles, worst } from './link_health';
+import { injectedFaults, linkTroubles, worst } from './link_health';
 import { Ping } from './ping';
 import type { LinkItem } from './reports';
 import { StaticRoutes } from './static_routes';
@@ -118,6 +118,7 @@ function Link({ link, rate, router }: LinkProperties) {
           <Icon name="warning" /> {text}
         </p>
       ))}
+      {link.faults != null && <p class="warn">{injectedFaults(link)}</p>}
       {link.paths
         ?.filter(({ trouble }) => trouble !== null)
         .map(({ path, trouble }) => (

@@ -11,7 +11,7 @@ import type { Lease } from '../model/leases';
 import type { LogText } from '../model/log';
 import { stopRobots } from '../model/stop';
 import { useAdminList } from '../network/admin_list';
-import { type LinkTrouble, linkTroubles } from '../network/link_health';
+import { explainedTroubles, type LinkTrouble } from '../network/link_health';
 import type { LinkItem, RouterItem } from '../network/reports';
 import { useAttempt } from '../ui/attempt';
 import { useNow } from '../ui/connection';
@@ -161,7 +161,7 @@ function useLines(routers: number): ReadonlyMap<number, LinkTrouble[]> {
   return new Map(
     items
       .filter(({ kind, state }) => kind === 'sub' && state === 'up')
-      .map((link) => [link.system, linkTroubles(link)]),
+      .map((link) => [link.system, explainedTroubles(link)]),
   );
 }
 

@@ -85,7 +85,7 @@ export function DatalogView({ component, edited }: ViewProperties & { edited?: W
         <label>
           Folder{' '}
           <input
-            {...needs('Datalog.SET_LOG', { disabled: isOn })}
+            {...needs('Datalog.SET_LOG', { disabled: isOn || shown === undefined })}
             value={shown?.logPathName ?? ''}
             onInput={(event) => {
               if (shown !== undefined) wanted.value = { ...shown, logPathName: event.currentTarget.value };
