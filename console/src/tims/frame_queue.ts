@@ -5,10 +5,10 @@
 // need the processor, too. So the time is found as a sender finds the rate of a line: a frame that comes late takes a part
 // of it away, each other one adds a little. The page stays quick on a weak machine, whose pictures are newer less often.
 
-const budgetMax = 12; // ms of a frame of 16.7
+const budgetMax = 5; // ms of a frame of 16.7: to lay out and to compose what was painted takes the browser longer than to paint it
 const budgetMin = 1;
 const gain = 0.01; // ms a frame
-const loss = 0.7; // at a late frame
+const loss = 0.5; // at a late frame
 const late = 25; // ms from asking for a frame to its begin
 
 export interface Frames {
