@@ -520,7 +520,7 @@ follow() {
     has_result || ! job_runs || ended=''
     if [ -f progress ]; then
       read_lines=0
-      while read -r line; do
+      while IFS= read -r line; do
         read_lines=$((read_lines + 1))
         [ $read_lines -le $lines ] || say "step $line"
       done <progress

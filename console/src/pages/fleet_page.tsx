@@ -11,7 +11,7 @@ import type { Lease } from '../model/leases';
 import type { LogText } from '../model/log';
 import { stopRobots } from '../model/stop';
 import { useAdminList } from '../network/admin_list';
-import { explainedTroubles, type LinkTrouble } from '../network/link_health';
+import { explainedTroubles, type LinkTrouble, worst } from '../network/link_health';
 import type { LinkItem, RouterItem } from '../network/reports';
 import { useAttempt } from '../ui/attempt';
 import { useNow } from '../ui/connection';
@@ -214,7 +214,7 @@ const isTroubled = ({ bad, line }: Row) => bad.length > 0 || line.length > 0;
 function wordOf({ robot, on, bad, line }: Row): [word: string, kind: string] {
   if (bad.some(({ state }) => state.value === 'error')) return ['error', 'bad'];
   if (bad.length > 0) return ['no answer', 'bad'];
-  if (line.length > 0) return ['bad link', line.some(({ health }) => health === 'bad') ? 'bad' : 'warn'];
+  if (line.length > 0) return ['bad link', worst(line)];
   if (robot.components.every(({ state }) => state.value === 'unknown')) return ['asking', 'faint'];
   return on > 0 ? ['works', 'good'] : ['off', 'faint'];
 }
@@ -254,7 +254,7 @@ function RobotCard({ row, router, driver }: CardProperties) {
       {driver !== undefined && <p class="small">{driver.holder} drives it</p>}
       <ul class="troubles">
         {line.length > 0 && (
-          <li class={line.some(({ health }) => health === 'bad') ? 'bad' : 'warn'}>
+          <li class={worst(line)}>
             <Icon name="warning" /> <a href="#/network?tab=links">Its link</a>
             {line.map(({ text }) => (
               <p key={text} class="small">

@@ -44,7 +44,8 @@ export class FrameQueue<Item> {
     let count = 0;
     while (count < this.items.length && (count === 0 || this.frames.now() - begin < this.budget))
       this.take(this.items[count++] as Item);
-    this.ended(this.items.splice(0, count));
+    const taken = this.items.splice(0, count);
     if (this.items.length > 0) this.ask();
+    this.ended(taken);
   }
 }
