@@ -8,6 +8,7 @@ export interface Named {
 
 // All words, in any order, each in the number, in the name, or in the state.
 export function matchesRobot({ system, name, words }: Named, filter: string): boolean {
+  if (filter === '') return true;
   const text = [system === 0 ? 'base' : `robot ${system}`, name ?? '', ...words].join(' ').toLowerCase();
   return filter
     .toLowerCase()

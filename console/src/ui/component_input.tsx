@@ -1,7 +1,7 @@
 // A box for the name of a component, completed from those that have registered.
 
 import { useId } from 'preact/hooks';
-import { nameOf, useConsole } from '../app/console';
+import { type Console, nameOf, useConsole } from '../app/console';
 
 interface Properties {
   label: string;
@@ -11,10 +11,11 @@ interface Properties {
   change: (name: string) => void;
 }
 
+const suggestionsMax = 100; // of a fleet with thousands a browser shows no more
+
 export function ComponentInput({ label, value, placeholder = 'Ladar(1/0)', required = false, change }: Properties) {
   const console = useConsole();
   const list = useId();
-  const addresses = console.fleet.robots.value.flatMap(({ components }) => components.map(({ address }) => address));
   return (
     <label>
       {label}{' '}
@@ -26,10 +27,22 @@ export function ComponentInput({ label, value, placeholder = 'Ladar(1/0)', requi
         onInput={(event) => change(event.currentTarget.value)}
       />
       <datalist id={list}>
-        {addresses.map((address) => (
-          <option key={address} value={nameOf(console, address)} />
+        {suggestions(console, value).map((name) => (
+          <option key={name} value={name} />
         ))}
       </datalist>
     </label>
   );
+}
+
+// Names that contain the text.
+function suggestions(console: Console, text: string): string[] {
+  const wanted = text.trim().toLowerCase();
+  const names: string[] = [];
+  for (const { components } of console.fleet.robots.value)
+    for (const { address } of components) {
+      const name = nameOf(console, address);
+      if (name.toLowerCase().includes(wanted) && names.push(name) === suggestionsMax) return names;
+    }
+  return names;
 }
