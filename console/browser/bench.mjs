@@ -167,6 +167,7 @@ async function scanners() {
   row('messages', sent, '/s', atLeast(1400));
   row('frames', (1000 * gaps.length) / gaps.reduce((sum, gap) => sum + gap, 0), '/s', atLeast(55));
   row('gap of frames, p99', quantile(gaps, 0.99), 'ms', atMost(33));
+  row('frames that came late', (100 * gaps.filter((gap) => gap > 25).length) / gaps.length, '%');
   row('scans drawn, of a scanner', drawn, '/s');
   row('router, of a core', (100 * cpu) / time, '%', atMost(15));
   row('growth of the heap', growth, 'MB', atMost(5));

@@ -138,7 +138,9 @@ export class Swarm {
     return [...this.components.values()].reduce((sum, { listeners }) => sum + listeners.size, 0);
   }
 
+  // What is due at a time goes out at once.
   publish(now) {
+    this.socket.cork();
     for (const [address, component] of this.components)
       for (const [mailbox, listener] of component.listeners) {
         if (now < listener.dueAt) continue;
@@ -156,28 +158,37 @@ export class Swarm {
           component.data(),
         );
       }
+    this.socket.uncork();
   }
 }
 
-// A scan of this many points that turns from sample to sample.
+const turns = 64;
+
+// A scan of this many points that turns from sample to sample. They are made beforehand: a browser that is measured beside
+// needs the processor.
 export function ladarData(points) {
+  const bodies = Array.from({ length: turns }, (_, i) => ladarBody(points, (2 * Math.PI * i) / turns));
+  let next = 0;
+  return () => {
+    const body = Buffer.from(bodies[next++ % turns]);
+    body.writeUInt32LE(Math.round(performance.now()) >>> 0, 0);
+    return body;
+  };
+}
+
+function ladarBody(points, turn) {
   const body = Buffer.alloc(24 + 16 * points);
-  let turn = 0;
   body.writeUInt32LE(13, 4);
   body.writeInt32LE(8000, 8);
   body.writeFloatLE(-Math.PI / 2, 12);
   body.writeFloatLE(Math.PI / 2, 16);
   body.writeInt32LE(points, 20);
-  return () => {
-    turn += 0.02;
-    body.writeUInt32LE(Math.round(performance.now()) >>> 0, 0);
-    for (let i = 0; i < points; ++i) {
-      const angle = -Math.PI / 2 + (Math.PI * i) / (points - 1);
-      body.writeFloatLE(angle, 24 + 16 * i);
-      body.writeInt32LE(Math.round(4000 + 1500 * Math.sin(5 * angle + turn)), 28 + 16 * i);
-    }
-    return Buffer.from(body);
-  };
+  for (let i = 0; i < points; ++i) {
+    const angle = -Math.PI / 2 + (Math.PI * i) / (points - 1);
+    body.writeFloatLE(angle, 24 + 16 * i);
+    body.writeInt32LE(Math.round(4000 + 1500 * Math.sin(5 * angle + turn)), 28 + 16 * i);
+  }
+  return body;
 }
 
 // A picture of 24 bits a pixel.
