@@ -10,9 +10,9 @@ export interface FlowEdge {
   missing: boolean; // nobody has this address
 }
 
-// `byName`, `byAddress`: the nodes of the graph. `listeners`: of components, by address.
+// `wanted`: by the files; undefined: they have not been read yet. `byName`, `byAddress`: the nodes of the graph. `listeners`: of components, by address.
 export function flowEdges(
-  wanted: DataEdge[],
+  wanted: DataEdge[] | undefined,
   byName: ReadonlyMap<string, string>,
   listeners: ReadonlyMap<number, ReadonlySet<number>>,
   byAddress: ReadonlyMap<number, string>,
@@ -24,7 +24,7 @@ export function flowEdges(
       if (from !== undefined && to !== undefined) live.add(`${from}\n${to}`);
     }
   const edges = new Map<string, FlowEdge>();
-  for (const { from: user, to: producer, to_host, parameter } of wanted) {
+  for (const { from: user, to: producer, to_host, parameter } of wanted ?? []) {
     const [from, to] = [byName.get(producer) ?? producer, byName.get(user)];
     if (to === undefined) continue;
     const missing = to_host === null;
@@ -33,7 +33,8 @@ export function flowEdges(
   }
   for (const pair of live) {
     const [from = '', to = ''] = pair.split('\n');
-    if (!edges.has(pair)) edges.set(pair, { from, to, kind: 'extra', parameter: '', missing: false });
+    const kind = wanted === undefined ? 'live' : 'extra';
+    if (!edges.has(pair)) edges.set(pair, { from, to, kind, parameter: '', missing: false });
   }
   return [...edges.values()];
 }

@@ -77,8 +77,8 @@ function Graph() {
         {width.value > 0 && (
           <div class="graph-ground" style={{ width: `${layout.width}px`, height: `${layout.height}px` }}>
             <svg width={layout.width} height={layout.height} aria-hidden="true">
-              <Boxes layout={layout} />
               <Links hosts={hosts} layout={layout} links={studio.fleet.value?.links ?? []} />
+              <Boxes layout={layout} />
               <Flow edges={edges} layout={layout} />
             </svg>
             {hosts.map((host) => (
@@ -123,7 +123,7 @@ function useFlow(components: PlannedComponent[]): FlowEdge[] {
     byName.set(nameOf(console, address), nodeId(component));
     byAddress.set(address, nodeId(component));
   }
-  return flowEdges(studio.fleet.value?.edges ?? [], byName, running.listeners.value, byAddress);
+  return flowEdges(studio.fleet.value?.edges, byName, running.listeners.value, byAddress);
 }
 
 // --- what is drawn
@@ -198,7 +198,7 @@ function Links({ hosts, layout, links }: { hosts: Host[]; layout: Layout; links:
         return (
           <g key={name} class={`host-link level-${fullest?.level ?? 'ok'}`}>
             <path d={line.path} />
-            {fullest !== undefined && (
+            {fullest !== undefined && fullest.worst_bytes_per_s > 0 && (
               <text x={line.x + 10} y={line.y + 5}>
                 {linkText(fullest)}
               </text>

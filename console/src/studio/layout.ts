@@ -37,6 +37,7 @@ const hostGap = { x: 28, y: 64 };
 const wide: Sizes = { node: { width: 152, height: 46 }, gap: { x: 44, y: 16 }, padding: 16 };
 const narrow: Sizes = { node: { width: 146, height: 46 }, gap: { x: 34, y: 16 }, padding: 10 };
 const narrowBelow = 420;
+const textHeight = 14; // of a link, above its lower host
 
 export function layoutGraph(hosts: GraphHost[], edges: GraphEdge[], width: number): Layout {
   const layout: Layout = { hosts: new Map(), nodes: new Map(), width: 0, height: 0 };
@@ -141,7 +142,8 @@ export function curve(from: Box, to: Box): string {
   return `M${x1} ${y1}C${x1 + bend} ${y1} ${x2 - bend} ${y2} ${x2} ${y2}`;
 }
 
-// Between two boxes, from the lower side of the upper one.
+// Between two boxes, from the lower side of the upper one; and the place of its text, above the lower one, where no other
+// box is.
 export function connection(a: Box, b: Box): { path: string; x: number; y: number } {
   const [upper, lower] = a.y <= b.y ? [a, b] : [b, a];
   const besides = lower.y < upper.y + upper.height;
@@ -151,9 +153,10 @@ export function connection(a: Box, b: Box): { path: string; x: number; y: number
   const end = besides
     ? { x: Math.max(upper.x, lower.x), y: lower.y + 26 }
     : { x: lower.x + Math.min(lower.width, 160) / 2, y: lower.y };
+  const part = besides ? 0.5 : 1 - textHeight / (end.y - start.y);
   return {
     path: `M${start.x} ${start.y}L${end.x} ${end.y}`,
-    x: (start.x + end.x) / 2,
-    y: (start.y + end.y) / 2,
+    x: start.x + part * (end.x - start.x),
+    y: start.y + part * (end.y - start.y),
   };
 }

@@ -378,6 +378,10 @@ test('lines are of what the files want, what flows, and what differs', () => {
       ['ladar', 'pilot', 'extra', false],
     ],
   );
+  assert.deepEqual(
+    flowEdges(undefined, byName, listeners, byAddress).map(({ kind }) => kind),
+    ['live', 'live'],
+  );
 });
 
 // --- history
