@@ -90,14 +90,14 @@ class RecentPasses {
  private:
   // Two numbers, so that two comparisons are enough for each message.
   struct Pass {
-    std::uint64_t ends = 0;
+    std::uint64_t endpoints = 0;
     std::uint64_t kind = 0;  // 0: none
     RuleNumber rule = 0;
   };
   static constexpr unsigned kBits = 3;
 
   static std::size_t place(Address dest) { return dest.raw() * 0x9E3779B1U >> (32 - kBits); }
-  static std::uint64_t ends(const Header& header) {
+  static std::uint64_t endpoints(const Header& header) {
     return std::uint64_t{header.dest.raw()} << 32 | header.src.raw();
   }
   // Of a profile, whose number is never 0.
@@ -222,14 +222,14 @@ class Enforcer {
 inline std::optional<RuleNumber> RecentPasses::find(const Profile& profile,
                                                     const Header& header) const {
   const Pass& pass = passes_[place(header.dest)];
-  const bool same = pass.ends == ends(header) && pass.kind == kind(profile, header);
+  const bool same = pass.endpoints == endpoints(header) && pass.kind == kind(profile, header);
   return same ? std::optional(pass.rule) : std::nullopt;
 }
 
 inline void RecentPasses::keep(const Profile& profile, const Header& header,
                                const Verdict& verdict) {
   passes_[place(header.dest)] = {
-      .ends = ends(header), .kind = kind(profile, header), .rule = verdict.rule};
+      .endpoints = endpoints(header), .kind = kind(profile, header), .rule = verdict.rule};
 }
 
 }  // namespace tims::policy
