@@ -1,9 +1,12 @@
 #include "security/crypto/aead.h"
 
 #include <algorithm>
+#include <array>
 #include <new>
 
+#include <openssl/core_names.h>
 #include <openssl/evp.h>
+#include <openssl/params.h>
 #if defined(__aarch64__)
 #include <sys/auxv.h>
 #endif
@@ -15,6 +18,12 @@ const unsigned char* octets(const std::byte* bytes) {
   return reinterpret_cast<const unsigned char*>(bytes);
 }
 unsigned char* octets(std::byte* bytes) { return reinterpret_cast<unsigned char*>(bytes); }
+
+// For the functions that take parameters: EVP_CIPHER_CTX_ctrl() would make them anew for each datagram.
+std::array<OSSL_PARAM, 2> tag_parameter(std::span<std::byte, kTagBytes> tag) {
+  return {OSSL_PARAM_construct_octet_string(OSSL_CIPHER_PARAM_AEAD_TAG, tag.data(), tag.size()),
+          OSSL_PARAM_construct_end()};
+}
 
 }  // namespace
 
@@ -47,11 +56,11 @@ bool Aead::set_key(Suite suite, View key) {
   return has_key_;
 }
 
-bool Aead::start(const Nonce& nonce, View aad) {
+bool Aead::start(const Nonce& nonce, View aad, const OSSL_PARAM* parameters) {
   int size = 0;
   return has_key_ &&
-         EVP_CipherInit_ex2(context_.get(), nullptr, nullptr, octets(nonce.data()), -1, nullptr) ==
-             1 &&
+         EVP_CipherInit_ex2(context_.get(), nullptr, nullptr, octets(nonce.data()), -1,
+                            parameters) == 1 &&
          (aad.empty() || EVP_CipherUpdate(context_.get(), nullptr, &size, octets(aad.data()),
                                           static_cast<int>(aad.size())) == 1);
 }
@@ -68,9 +77,10 @@ bool Aead::seal(const Nonce& nonce, View aad, std::span<std::byte> text,
                 std::span<std::byte, kTagBytes> tag) {
   int size = 0;
   unsigned char nothing = 0;
-  return start(nonce, aad) && run(text) &&
+  std::array parameters = tag_parameter(tag);
+  return start(nonce, aad, nullptr) && run(text) &&
          EVP_CipherFinal_ex(context_.get(), &nothing, &size) == 1 &&
-         EVP_CIPHER_CTX_ctrl(context_.get(), EVP_CTRL_AEAD_GET_TAG, kTagBytes, tag.data()) == 1;
+         EVP_CIPHER_CTX_get_params(context_.get(), parameters.data()) == 1;
 }
 
 bool Aead::open(const Nonce& nonce, View aad, std::span<std::byte> text,
@@ -79,10 +89,9 @@ bool Aead::open(const Nonce& nonce, View aad, std::span<std::byte> text,
   std::ranges::copy(tag, expected.begin());
   int size = 0;
   unsigned char nothing = 0;
-  return start(nonce, aad) &&
-         EVP_CIPHER_CTX_ctrl(context_.get(), EVP_CTRL_AEAD_SET_TAG, kTagBytes, expected.data()) ==
-             1 &&
-         run(text) && EVP_CipherFinal_ex(context_.get(), &nothing, &size) == 1;
+  const std::array parameters = tag_parameter(expected);
+  return start(nonce, aad, parameters.data()) && run(text) &&
+         EVP_CipherFinal_ex(context_.get(), &nothing, &size) == 1;
 }
 
 }  // namespace tims::security

@@ -39,7 +39,7 @@ class Aead {
                           std::span<const std::byte, kTagBytes> tag);
 
  private:
-  [[nodiscard]] bool start(const Nonce& nonce, View aad);
+  [[nodiscard]] bool start(const Nonce& nonce, View aad, const ossl_param_st* parameters);
   [[nodiscard]] bool run(std::span<std::byte> text);
 
   Direction direction_;

@@ -15,6 +15,7 @@ struct bio_st;
 struct evp_cipher_ctx_st;
 struct evp_cipher_st;
 struct evp_pkey_st;
+struct ossl_param_st;
 struct ssl_ctx_st;
 struct ssl_st;
 struct x509_st;
