@@ -10,7 +10,8 @@ export interface FlowEdge {
   missing: boolean; // nobody has this address
 }
 
-// `wanted`: by the files; undefined: they have not been read yet. `byName`, `byAddress`: the nodes of the graph. `listeners`: of components, by address.
+// `wanted`: by the files; undefined: they have not been read yet. `byName`, `byAddress`: the nodes of the graph.
+// `listeners`: of components, by address.
 export function flowEdges(
   wanted: DataEdge[] | undefined,
   byName: ReadonlyMap<string, string>,
