@@ -2,6 +2,7 @@
 
 import { useId } from 'preact/hooks';
 import { type Console, nameOf, useConsole } from '../app/console';
+import { suggestionsFor } from './suggestions';
 
 interface Properties {
   label: string;
@@ -10,8 +11,6 @@ interface Properties {
   required?: boolean;
   change: (name: string) => void;
 }
-
-const suggestionsMax = 100; // of a fleet with thousands a browser shows no more
 
 export function ComponentInput({ label, value, placeholder = 'Ladar(1/0)', required = false, change }: Properties) {
   const console = useConsole();
@@ -27,7 +26,7 @@ export function ComponentInput({ label, value, placeholder = 'Ladar(1/0)', requi
         onInput={(event) => change(event.currentTarget.value)}
       />
       <datalist id={list}>
-        {suggestions(console, value).map((name) => (
+        {suggestionsFor(value, registered(console)).map((name) => (
           <option key={name} value={name} />
         ))}
       </datalist>
@@ -35,14 +34,7 @@ export function ComponentInput({ label, value, placeholder = 'Ladar(1/0)', requi
   );
 }
 
-// Names that contain the text.
-function suggestions(console: Console, text: string): string[] {
-  const wanted = text.trim().toLowerCase();
-  const names: string[] = [];
+function* registered(console: Console): Generator<string> {
   for (const { components } of console.fleet.robots.value)
-    for (const { address } of components) {
-      const name = nameOf(console, address);
-      if (name.toLowerCase().includes(wanted) && names.push(name) === suggestionsMax) return names;
-    }
-  return names;
+    for (const { address } of components) yield nameOf(console, address);
 }
