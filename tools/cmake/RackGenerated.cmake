@@ -10,7 +10,9 @@ file(GLOB rack_generators CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/python/rack/gene
 
 # rack_schema(): the target that writes the description.
 function(rack_schema)
-  add_custom_command(OUTPUT ${rack_schema} COMMAND tims-schema > ${rack_schema} DEPENDS tims-schema
+  # A program of another architecture than this machine's must be named by its path.
+  add_custom_command(OUTPUT ${rack_schema} DEPENDS tims-schema
+                     COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:tims-schema> > ${rack_schema}
                      COMMENT "Describing all messages" VERBATIM)
   add_custom_target(rack_schema DEPENDS ${rack_schema})
 endfunction()

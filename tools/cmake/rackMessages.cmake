@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   set(file ${CMAKE_CURRENT_BINARY_DIR}/share/rack/messages/${name}.json)
   add_custom_command(OUTPUT ${file} DEPENDS ${name}_messages VERBATIM
     COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_CURRENT_BINARY_DIR}/share/rack/messages
-    COMMAND ${name}_messages ${file})
+    COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${name}_messages> ${file})
   add_custom_target(${name}_message_file ALL DEPENDS ${file})
   install(FILES ${file} DESTINATION ${CMAKE_INSTALL_DATADIR}/rack/messages)
 endfunction()
