@@ -194,11 +194,11 @@ function Links({ hosts, layout, links }: { hosts: Host[]; layout: Layout; links:
         const line = connection(a, b);
         const fullest = links
           .filter(({ host, link }) => (host === name && link === above) || (host === above && link === name))
-          .sort((x, y) => (y.worst_share ?? 0) - (x.worst_share ?? 0))[0];
+          .sort((x, y) => (y.worst_share ?? 0) - (x.worst_share ?? 0) || y.worst_bytes_per_s - x.worst_bytes_per_s)[0];
         return (
           <g key={name} class={`host-link level-${fullest?.level ?? 'ok'}`}>
             <path d={line.path} />
-            {fullest !== undefined && fullest.worst_bytes_per_s > 0 && (
+            {fullest !== undefined && (
               <text x={line.x + 10} y={line.y + 5}>
                 {linkText(fullest)}
               </text>

@@ -2,7 +2,6 @@
 
 import { useId } from 'preact/hooks';
 import { type Console, nameOf, useConsole } from '../app/console';
-import { suggestionsFor } from './suggestions';
 
 interface Properties {
   label: string;
@@ -11,6 +10,8 @@ interface Properties {
   required?: boolean;
   change: (name: string) => void;
 }
+
+export const suggestionsMax = 100; // of thousands a browser shows no more at once
 
 export function ComponentInput({ label, value, placeholder = 'Ladar(1/0)', required = false, change }: Properties) {
   const console = useConsole();
@@ -37,4 +38,15 @@ export function ComponentInput({ label, value, placeholder = 'Ladar(1/0)', requi
 function* registered(console: Console): Generator<string> {
   for (const { components } of console.fleet.robots.value)
     for (const { address } of components) yield nameOf(console, address);
+}
+
+// The first names that contain the text.
+export function suggestionsFor(text: string, names: Iterable<string>): string[] {
+  const wanted = text.trim().toLowerCase();
+  const found: string[] = [];
+  for (const name of names) {
+    if (found.length === suggestionsMax) break;
+    if (name.toLowerCase().includes(wanted)) found.push(name);
+  }
+  return found;
 }

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { suggestionsFor, suggestionsMax } from './suggestions';
+import { suggestionsFor, suggestionsMax } from './component_input';
 
 const robots = (count: number) => Array.from({ length: count }, (_, i) => `Chassis(${i + 1}/0)`);
 
